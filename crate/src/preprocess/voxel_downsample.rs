@@ -22,10 +22,6 @@ struct Attributes {
     time: f64,
 }
 
-/// Points that a voxel has or more, for which a table of voxels has room at first: sweeps of 64 rings have two in a voxel of the map and five in
-/// one of registration.
-const POINTS_PER_VOXEL: usize = 4;
-
 /// The voxels of a cloud in the order of the first point of each.
 struct Voxels {
     cells: Vec<Voxel>,
@@ -73,7 +69,7 @@ impl Voxels {
             return Err(Error::whole(problem, "Give a positive voxel_size"));
         }
         let has_attributes = cloud.normals.is_some() || cloud.colors.is_some() || cloud.times.is_some();
-        let mut numbers = Numbers::new(voxel_size, cloud.len() / POINTS_PER_VOXEL);
+        let mut numbers = Numbers::new(voxel_size);
         let mut voxels = Self { cells: Vec::new(), sums: Vec::new(), attributes: Vec::new() };
         for (point, position) in cloud.positions.iter().enumerate().filter(|(_, position)| position.is_finite()) {
             let position = position.as_dvec3();
@@ -93,7 +89,7 @@ impl Voxels {
 
     /// Larger voxels of side `voxel_size` (m), which are as many of these along each axis.
     fn joined(&self, parts: i32, voxel_size: f64) -> Self {
-        let mut numbers = Numbers::new(voxel_size, self.cells.len() / POINTS_PER_VOXEL);
+        let mut numbers = Numbers::new(voxel_size);
         let mut joined = Self { cells: Vec::new(), sums: Vec::new(), attributes: Vec::new() };
         for (part, (cell, sums)) in self.cells.iter().zip(&self.sums).enumerate() {
             let number = joined.at(
@@ -149,8 +145,8 @@ struct Numbers {
 }
 
 impl Numbers {
-    fn new(voxel_size: f64, capacity: usize) -> Self {
-        Self { hash: VoxelHash::with_capacity(voxel_size, capacity), last: None }
+    fn new(voxel_size: f64) -> Self {
+        Self { hash: VoxelHash::new(voxel_size), last: None }
     }
 
     #[inline]

@@ -4,36 +4,34 @@
 //! stitched map, [`map::voxel`](crate::map::voxel), instead hashes blocks of 8 x 8 x 8 voxels by one packed key, which it computes
 //! in single precision for several points at a time.
 
+use std::hash::{Hash, Hasher};
+
 use nalgebra::Vector3;
+use rustc_hash::FxHashMap;
 
 /// Integer coordinates of a voxel along x, y and z.
 pub(crate) type Voxel = [i32; 3];
 
 /// The voxels inserted so far, each with its number.
-///
-/// A table with linear probing (Knuth, "The art of computer programming", volume 3, section 6.4, algorithm L), at most half full: the standard
-/// library's compares groups of entries by instructions that WebAssembly lacks.
 #[derive(Debug, Clone)]
 pub(crate) struct VoxelHash {
     /// Side of a voxel (m).
     voxel_size: f64,
-    /// As many as a power of two, or none.
-    entries: Vec<Entry>,
-    len: u32,
+    numbers: FxHashMap<Key, u32>,
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Entry {
-    voxel: Voxel,
-    number: u32,
-}
+/// A voxel, hashed as two whole words: as an array of three numbers it would be hashed byte by byte.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Key(Voxel);
 
-/// An entry without a voxel.
-const EMPTY: Entry = Entry { voxel: [0; 3], number: u32::MAX };
-/// Entries of the smallest table.
-const MIN_ENTRIES: usize = 16;
-/// 2^64 over the golden ratio, which spreads products evenly over their upper bits (Knuth, section 6.4, "Fibonacci hashing").
-const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
+impl Hash for Key {
+    #[inline]
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        let [x, y, z] = self.0.map(|coordinate| u64::from(coordinate as u32));
+        state.write_u64(x << 32 | y);
+        state.write_u64(z);
+    }
+}
 
 /// Bound of a voxel's coordinates along each axis.
 const MAX_VOXELS: f64 = 1e9;
@@ -41,13 +39,7 @@ const MAX_VOXELS: f64 = 1e9;
 impl VoxelHash {
     /// Without voxels; `voxel_size` (m) is positive.
     pub(crate) fn new(voxel_size: f64) -> Self {
-        Self { voxel_size, entries: Vec::new(), len: 0 }
-    }
-
-    /// The same, with room for so many voxels.
-    pub(crate) fn with_capacity(voxel_size: f64, capacity: usize) -> Self {
-        let size = (2 * capacity).next_power_of_two().max(MIN_ENTRIES);
-        Self { voxel_size, entries: vec![EMPTY; size], len: 0 }
+        Self { voxel_size, numbers: FxHashMap::default() }
     }
 
     /// Side of a voxel (m).
@@ -58,73 +50,32 @@ impl VoxelHash {
     /// The voxel that a point (m) lies in; `None` where it is not finite or too far away.
     #[inline]
     pub(crate) fn voxel(&self, point: &Vector3<f64>) -> Option<Voxel> {
-        let coordinate = |x: f64| {
-            let scaled = x / self.voxel_size;
-            // NaN fails the comparison.
-            (scaled.abs() < MAX_VOXELS).then(|| floor(scaled))
-        };
-        Some([coordinate(point.x)?, coordinate(point.y)?, coordinate(point.z)?])
+        let scaled = point / self.voxel_size;
+        // NaN fails the comparison.
+        scaled.iter().all(|x| x.abs() < MAX_VOXELS).then(|| scaled.map(floor).into())
     }
 
     /// The number of a voxel; `None` where it has not been inserted.
     #[inline]
     pub(crate) fn number(&self, voxel: &Voxel) -> Option<u32> {
-        let entry = self.entries.get(self.place(voxel)?)?;
-        (entry.number != EMPTY.number).then_some(entry.number)
+        self.numbers.get(&Key(*voxel)).copied()
     }
 
     /// Inserts a voxel and returns its number: that of a new one is the [`len`](Self::len) before.
     #[inline]
     pub(crate) fn insert(&mut self, voxel: Voxel) -> u32 {
-        if 2 * (self.len() + 1) > self.entries.len() {
-            self.grow();
-        }
-        let Some(place) = self.place(&voxel) else { return EMPTY.number };
-        let entry = &mut self.entries[place];
-        if entry.number == EMPTY.number {
-            *entry = Entry { voxel, number: self.len };
-            self.len += 1;
-        }
-        entry.number
+        let next = self.numbers.len() as u32;
+        *self.numbers.entry(Key(voxel)).or_insert(next)
     }
 
     /// Number of voxels.
     pub(crate) fn len(&self) -> usize {
-        self.len as usize
+        self.numbers.len()
     }
 
     /// Removes all voxels.
     pub(crate) fn clear(&mut self) {
-        (self.entries, self.len) = (Vec::new(), 0);
-    }
-
-    /// Where the entry of a voxel is, or the empty one that it would take; `None` without entries.
-    #[inline]
-    fn place(&self, voxel: &Voxel) -> Option<usize> {
-        let mask = self.entries.len().checked_sub(1)?;
-        let (x, y, z) = (u64::from(voxel[0] as u32), u64::from(voxel[1] as u32), u64::from(voxel[2] as u32));
-        let mixed = ((x << 32 | y).wrapping_mul(GOLDEN).rotate_left(32) ^ z).wrapping_mul(GOLDEN);
-        let mut place = (mixed >> 32) as usize & mask;
-        loop {
-            let entry = &self.entries[place];
-            if entry.voxel == *voxel || entry.number == EMPTY.number {
-                // An empty entry looks like that of the voxel at the origin.
-                return Some(place);
-            }
-            place = (place + 1) & mask;
-        }
-    }
-
-    /// Doubles the table.
-    #[cold]
-    fn grow(&mut self) {
-        let size = (2 * self.entries.len()).max(MIN_ENTRIES);
-        let old = std::mem::replace(&mut self.entries, vec![EMPTY; size]);
-        for entry in old.into_iter().filter(|entry| entry.number != EMPTY.number) {
-            if let Some(place) = self.place(&entry.voxel) {
-                self.entries[place] = entry;
-            }
-        }
+        self.numbers.clear();
     }
 }
 
@@ -149,7 +100,7 @@ mod tests {
         assert_eq!([[0, 0, 0], [5, 0, 0], [0, 0, 0], [0, 5, 0]].map(|voxel| hash.insert(voxel)), [0, 1, 0, 2]);
         assert_eq!((hash.len(), hash.number(&[5, 0, 0]), hash.number(&[9, 0, 0])), (3, Some(1), None));
         hash.clear();
-        assert_eq!((hash.len(), hash.number(&[0, 0, 0])), (0, None));
+        assert!(hash.numbers.is_empty());
     }
 
     #[test]
