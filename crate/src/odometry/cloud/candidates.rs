@@ -154,8 +154,7 @@ impl CloudOdometry {
         self.register_from(task, task.frame.at_most(ROUGH_POINTS).source(), guess, (&first, &finer))
     }
 
-    /// As [`register`](Self::register), from where the first stages have come to with a few of the points, or with points straightened
-    /// otherwise.
+    /// As [`register`](Self::register), from where the first stages have come to with a few of the points.
     pub(super) fn refine(&self, task: &Task<'_>, guess: Pose3) -> Candidate {
         self.register_from(task, task.frame.source(), guess, (&self.options.last_stage(), &[]))
     }
