@@ -86,7 +86,7 @@ fn find_neighbors(
     Neighborhood { max_neighbors, radius }: Neighborhood,
     neighbors: &mut Vec<Neighbor>,
 ) {
-    tree.nearest_set(&point.to_array(), radius as f32, max_neighbors, neighbors);
+    tree.k_nearest(&point.to_array(), radius as f32, max_neighbors, neighbors);
 }
 
 /// The direction in which the neighbours spread least; a function of its own for the same reason.

@@ -100,10 +100,9 @@ impl CloudOdometry {
     /// sample is lost from it.
     pub(super) fn register_where_doubtful(&self, task: &Task<'_>) -> Candidate {
         let guess = self.start_nearby(task);
-        let few = task.frame.at_most(ROUGH_POINTS);
-        let sample = self.register_from(task, few.source(), guess, (&self.options.last_stage(), &[]));
+        let sample = self.register_sample(task, guess);
         let is_lost = sample.assessment.status == Status::Lost;
-        let nearby = if is_lost { sample } else { self.refine(task, sample.registration.T_target_source) };
+        let nearby = if is_lost { sample } else { self.register(task, sample.registration.T_target_source) };
         if nearby.assessment.status == Status::Good {
             return nearby;
         }
@@ -128,7 +127,7 @@ impl CloudOdometry {
         }
         let whole = |rough: Candidate| {
             let guess = rough.registration.T_target_source;
-            Candidate { is_global: rough.is_global, ..self.refine(task, guess) }
+            Candidate { is_global: rough.is_global, ..self.register(task, guess) }
         };
         let is_better = |other: &Candidate| other.is_sound() && other.score() > nearby.score();
         let found = best.map(whole).filter(is_better);
@@ -144,30 +143,18 @@ impl CloudOdometry {
 
     /// Registers the whole cloud from a guess, and assesses the result.
     pub(super) fn register(&self, task: &Task<'_>, guess: Pose3) -> Candidate {
-        let (first, finer) = self.options.stages();
-        self.register_from(task, task.frame.source(), guess, (&first, &finer))
+        self.register_from(task, task.frame.source(), guess)
     }
 
     /// Registers a few of the points.
     pub(super) fn register_sample(&self, task: &Task<'_>, guess: Pose3) -> Candidate {
-        let (first, finer) = self.options.stages();
-        self.register_from(task, task.frame.at_most(ROUGH_POINTS).source(), guess, (&first, &finer))
+        self.register_from(task, task.frame.at_most(ROUGH_POINTS).source(), guess)
     }
 
-    /// As [`register`](Self::register), from where the first stages have come to with a few of the points.
-    pub(super) fn refine(&self, task: &Task<'_>, guess: Pose3) -> Candidate {
-        self.register_from(task, task.frame.source(), guess, (&self.options.last_stage(), &[]))
-    }
-
-    fn register_from(
-        &self,
-        task: &Task<'_>,
-        source: Source<'_, Vector3<f64>>,
-        guess: Pose3,
-        stages: (&IcpOptions, &[IcpOptions]),
-    ) -> Candidate {
-        let solver = self.options.motion.solver();
-        let registration = register_in_space(self.options.metric, source, &task.target, guess, stages, &solver);
+    fn register_from(&self, task: &Task<'_>, source: Source<'_, Vector3<f64>>, guess: Pose3) -> Candidate {
+        let ((first, finer), solver) = (self.options.stages(), self.options.motion.solver());
+        let registration =
+            register_in_space(self.options.metric, source, &task.target, guess, (&first, &finer), &solver);
         let T_last_frame = task.T_target_last.inverse() * registration.T_target_source;
         let is_tested = self.options.tests_free_space;
         let agreement = is_tested.then(|| self.free_space(task.frame, task.last, &T_last_frame).agreement());

@@ -163,12 +163,6 @@ impl CloudOptions {
         (rough_stage(2.0 * distance), vec![robust_stage(distance, distance / 3.0, fine)])
     }
 
-    /// The last of the [`stages`](Self::stages).
-    pub(super) fn last_stage(&self) -> IcpOptions {
-        let (first, mut finer) = self.stages();
-        finer.pop().unwrap_or(first)
-    }
-
     pub(super) fn check(&self) -> Result<()> {
         let positive = |value: f64| value > 0.0 && value.is_finite();
         if !positive(self.voxel_size) {

@@ -191,17 +191,12 @@ impl<const D: usize> KdTree<D> {
     /// Replaces the content of `out` by the `k` nearest points within `max_distance` (m), or all of these if they are fewer:
     /// nearest first, among equal distances the smallest index first.
     pub fn k_nearest(&self, query: &[f32; D], max_distance: f32, k: usize, out: &mut Vec<Neighbor>) {
-        self.nearest_set(query, max_distance, k, out);
-        out.sort_unstable_by_key(|neighbor| neighbor.key());
-    }
-
-    /// The same in no particular order.
-    pub(crate) fn nearest_set(&self, query: &[f32; D], max_distance: f32, k: usize, out: &mut Vec<Neighbor>) {
         out.clear();
         if k > 0 {
             let mut search = KNearest { k, limit: Neighbor::limit(max_distance), found: out };
             self.search(query, &mut search);
             search.cut();
+            out.sort_unstable_by_key(|neighbor| neighbor.key());
         }
     }
 
