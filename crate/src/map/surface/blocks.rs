@@ -21,6 +21,8 @@ pub(super) const STEPS: f32 = 64.0;
 /// with a distance stays below 2^20 for voxels of a millimetre or more (2 voxels or three deviations, in steps), so that two
 /// thousand such views fit in 31 bits.
 pub(super) const MAX_WEIGHT: f32 = 4095.0;
+/// A share of 1, in whole numbers.
+pub(super) const WHOLE_SHARE: f32 = 64.0;
 /// Views of a colour after which later ones are left out: the sums have 16 bits each.
 const MAX_COLOR_VIEWS: u64 = 255;
 
@@ -53,6 +55,8 @@ pub(super) struct Voxel {
     pub distance: f32,
     /// Sum of the weights; 0 where nothing was measured.
     pub weight: f32,
+    /// Of the images that measured around it, how many have errors that others share: each counts by the share of noise in its variance.
+    pub noisy_views: f32,
     /// The mean colour, where a view had one.
     pub color: Option<[u8; 3]>,
 }
@@ -65,6 +69,8 @@ pub(super) struct Block {
     pub weights: [i32; VOXELS],
     /// Of each part, weight of the views of the block that saw through it.
     pub seen_through: [i32; PARTS],
+    /// Of each part, sum of [`Optics::noise_share`](super::pixels::Optics::noise_share) over the images that measured something in it.
+    pub noise_shares: [i32; PARTS],
 }
 
 /// The colours of a block.
@@ -83,7 +89,7 @@ pub(super) struct BlockState {
 
 impl Block {
     fn new() -> Self {
-        Self { distances: [0; VOXELS], weights: [0; VOXELS], seen_through: [0; PARTS] }
+        Self { distances: [0; VOXELS], weights: [0; VOXELS], seen_through: [0; PARTS], noise_shares: [0; PARTS] }
     }
 
     /// Adds a distance (voxel sides) to those of a voxel. Sums end at the largest number.
@@ -103,8 +109,9 @@ impl Block {
     /// Adds a block of voxels half as large, and the colours of that to those of this one.
     fn add_finer(&mut self, fine: &Self, state: &BlockState, mut colors: Option<(&mut BlockColors, &BlockColors)>) {
         let [x0, y0, z0] = state.corner.map(|at| at.rem_euclid(2) as usize * PART_SIDE);
-        self.seen_through[part_index(x0, y0, z0)] =
-            state.seen_through + fine.seen_through.iter().sum::<i32>() / PARTS as i32;
+        let part = part_index(x0, y0, z0);
+        self.seen_through[part] = state.seen_through + fine.seen_through.iter().sum::<i32>() / PARTS as i32;
+        self.noise_shares[part] = fine.noise_shares.iter().copied().fold(0, i32::max);
         for (z, y, x) in positions(PART_SIDE) {
             let eight: [usize; 8] =
                 std::array::from_fn(|bits| index(2 * x + (bits & 1), 2 * y + (bits >> 1 & 1), 2 * z + (bits >> 2)));
@@ -191,8 +198,10 @@ impl KnownBlock<'_> {
     pub(super) fn voxel(&self, index: usize) -> Voxel {
         let weight = self.block.weights[index] as f32;
         let distance = self.block.distances[index] as f32 / (weight * STEPS);
+        let part = part_index(index % SIDE, index / SIDE % SIDE, index / (SIDE * SIDE));
+        let noisy_views = self.block.noise_shares[part] as f32 / WHOLE_SHARE;
         let color = self.colors.and_then(|colors| colors[index].mean());
-        Voxel { distance, weight, color }
+        Voxel { distance, weight, noisy_views, color }
     }
 }
 

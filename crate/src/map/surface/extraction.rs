@@ -7,6 +7,7 @@ use glam::Vec3;
 
 use super::blocks::{Blocks, KnownBlock, SIDE, VOXELS, Voxel, index, part_index, positions};
 use crate::geometry::TriangleMesh;
+use crate::preprocess::depth_surfels::SHARED_ERROR;
 
 /// Corners along a side of a block's cells: its own and the first of the next block.
 const CORNERS: usize = SIDE + 1;
@@ -66,8 +67,9 @@ struct CellVertex {
     /// From the cell's first corner (voxels).
     place: Vec3,
     color: Option<[u8; 3]>,
-    /// Mean of the corners'.
+    /// Means of the corners'.
     weight: f32,
+    noisy_views: f32,
     /// The corners behind the surface, as bits.
     behind: u8,
 }
@@ -130,10 +132,11 @@ impl<'a> Corners<'a> {
     /// The vertex of a cell that the surface crosses; none where the distances change by too much.
     fn vertex(&self, x: usize, y: usize, z: usize) -> Option<CellVertex> {
         let mut voxels = [Voxel::default(); 8];
-        let (mut weight, mut behind) = (0.0, 0);
+        let (mut weight, mut noisy_views, mut behind) = (0.0, 0.0, 0);
         for (bits, voxel) in voxels.iter_mut().enumerate() {
             *voxel = self.voxel(x + (bits & 1), y + (bits >> 1 & 1), z + (bits >> 2));
             weight += voxel.weight / 8.0;
+            noisy_views += voxel.noisy_views / 8.0;
             behind |= u8::from(voxel.distance < 0.0) << bits;
         }
         let (mut sum, mut count) = (Vec3::ZERO, 0.0);
@@ -149,7 +152,7 @@ impl<'a> Corners<'a> {
             sum += place(from).lerp(place(to), a / (a - b));
             count += 1.0;
         }
-        Some(CellVertex { place: sum / count, color: mean_color(&voxels), weight, behind })
+        Some(CellVertex { place: sum / count, color: mean_color(&voxels), weight, noisy_views, behind })
     }
 }
 
@@ -176,7 +179,9 @@ impl Extraction {
             let place = Vec3::new(cell[0] as f32, cell[1] as f32, cell[2] as f32) + vertex.place + 0.5;
             self.cells.push((cell, vertex.behind));
             self.mesh.positions.push(place * voxel_size);
-            self.mesh.deviations.push((variance / vertex.weight).sqrt());
+            // That of the mean of independent views, and what noise they share, which is in each of them.
+            let views = 1.0 + (SHARED_ERROR * SHARED_ERROR) as f32 * vertex.noisy_views;
+            self.mesh.deviations.push((views * variance / vertex.weight).sqrt());
             self.mesh.colors.push(vertex.color.unwrap_or([128; 3]));
             self.has_colors |= vertex.color.is_some();
         });

@@ -3,7 +3,7 @@
 use glam::{Vec3A, Vec4};
 use wide::f32x4;
 
-use super::blocks::{MAX_WEIGHT, STEPS};
+use super::blocks::{MAX_WEIGHT, STEPS, WHOLE_SHARE};
 use crate::camera::Pinhole;
 use crate::preprocess::depth_surfels::DepthModel;
 use crate::preprocess::map_image::MapImage;
@@ -72,6 +72,13 @@ impl Optics {
     pub(super) fn weight(&self, depth: f32) -> f32 {
         let raw = (depth / self.unit).clamp(0.0, f32::from(u16::MAX));
         self.limits[raw as usize].weight
+    }
+
+    /// The share that noise has in the variance of a depth (m), of [`WHOLE_SHARE`]; the rest is that of the steps of the depth values,
+    /// which differs from place to place.
+    pub(super) fn noise_share(&self, depth: f32) -> i32 {
+        let noise = self.model.square_noise as f32 * depth * depth / self.model.deviation(depth);
+        (WHOLE_SHARE * noise * noise).min(WHOLE_SHARE).round() as i32
     }
 }
 

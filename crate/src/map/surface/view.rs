@@ -165,13 +165,16 @@ impl<'a> View<'a> {
             let (through, [_, farthest]) = weight_through(&bounds, &self.tiles, self.optics);
             if through > 0 {
                 block.seen_through[part] += if IS_TAKEN_OUT { -through } else { through };
-            } else if bounds.depths[0] < farthest {
-                self.change_part::<IS_TAKEN_OUT>(first, voxel, block, colors.as_deref_mut(), squares);
+            } else if bounds.depths[0] < farthest
+                && self.change_part::<IS_TAKEN_OUT>(first, voxel, block, colors.as_deref_mut(), squares)
+            {
+                let share = self.optics.noise_share(0.5 * (bounds.depths[0] + bounds.depths[1]));
+                block.noise_shares[part] += if IS_TAKEN_OUT { -share } else { share };
             }
         }
     }
 
-    /// The same for the part of it that begins with this voxel, `first` in the world.
+    /// The same for the part of it that begins with this voxel, `first` in the world. Returns whether it measured anything there.
     fn change_part<const IS_TAKEN_OUT: bool>(
         &self,
         first: Vec3A,
@@ -179,7 +182,7 @@ impl<'a> View<'a> {
         block: &mut Block,
         mut colors: Option<&mut BlockColors>,
         squares: &mut Squares,
-    ) {
+    ) -> bool {
         let rows = Rows::new(&self.camera, &self.pixels, first);
         let (mut sum, mut count) = (f32x4::ZERO, i32x4::ZERO);
         for row in 0..PART_SIDE * PART_SIDE {
@@ -206,7 +209,9 @@ impl<'a> View<'a> {
             }
         }
         squares.sum += f64::from(sum.reduce_add());
-        squares.count += i64::from(count.reduce_add());
+        let count = count.reduce_add();
+        squares.count += i64::from(count);
+        count > 0
     }
 }
 
