@@ -1,25 +1,33 @@
 //! Downsampling to one point per voxel, the mean of the points in it.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use nalgebra::Vector3;
 
-use super::voxel_hash::VoxelHash;
+use super::voxel_hash::{Voxel, VoxelHash};
 use crate::geometry::{PointCloud, PointTimes};
 use crate::{Error, Result};
 
 /// Sums over the points of a voxel, in double precision since there may be many of them.
 #[derive(Default, Clone)]
 struct Sums {
-    position: glam::DVec3,
+    position: DVec3,
     count: u64,
 }
 
 /// Of what not all clouds have, apart: most voxels then take a quarter of the memory.
 #[derive(Default, Clone)]
 struct Attributes {
-    normal: glam::DVec3,
+    normal: DVec3,
     color: [u64; 3],
     time: f64,
+}
+
+/// The voxels of a cloud in the order of the first point of each.
+struct Voxels {
+    cells: Vec<Voxel>,
+    sums: Vec<Sums>,
+    /// One a voxel, or none.
+    attributes: Vec<Attributes>,
 }
 
 /// The mean position, normal, colour and time of the points in every voxel of side `voxel_size` (m), in the order of the first point
@@ -28,7 +36,7 @@ struct Attributes {
 /// # Errors
 /// When `voxel_size` is not positive, or so small that a point lies 1e9 voxels or more from the origin.
 pub fn voxel_downsample(cloud: &PointCloud, voxel_size: f64) -> Result<PointCloud> {
-    voxel_downsample_from(cloud, voxel_size, glam::DVec3::ZERO)
+    voxel_downsample_from(cloud, voxel_size, DVec3::ZERO)
 }
 
 /// [`voxel_downsample`] with `corner` (m, in the frame of the positions) as a common corner of voxels. With the same grid in every
@@ -36,57 +44,127 @@ pub fn voxel_downsample(cloud: &PointCloud, voxel_size: f64) -> Result<PointClou
 ///
 /// # Errors
 /// When `voxel_size` is not positive, or so small that a point lies 1e9 voxels or more from the corner.
-pub(crate) fn voxel_downsample_from(cloud: &PointCloud, voxel_size: f64, corner: glam::DVec3) -> Result<PointCloud> {
-    if !(voxel_size > 0.0 && voxel_size.is_finite()) {
-        return Err(Error::whole(format!("voxel_size = {voxel_size} m is not positive"), "Give a positive voxel_size"));
-    }
-    let mut hash = VoxelHash::new(voxel_size);
-    let mut voxels: Vec<Sums> = Vec::new();
-    let mut attributes: Vec<Attributes> = Vec::new();
-    let has_attributes = cloud.normals.is_some() || cloud.colors.is_some() || cloud.times.is_some();
-    // Points that follow one another mostly lie in one voxel.
-    let mut last = None;
-    for (point, position) in cloud.positions.iter().enumerate().filter(|(_, position)| position.is_finite()) {
-        let position = position.as_dvec3();
-        let voxel = hash.voxel(&Vector3::from((position - corner).to_array())).ok_or_else(|| {
-            let problem = format!("voxel_size = {voxel_size} m is too small for a cloud that reaches {position} m");
-            Error::whole(problem, "Give a larger voxel_size")
-        })?;
-        let number = match last {
-            Some((last, number)) if last == voxel => number,
-            _ => hash.insert(voxel) as usize,
-        };
-        last = Some((voxel, number));
-        if number == voxels.len() {
-            voxels.push(Sums::default());
-            attributes.extend(has_attributes.then(Attributes::default));
+pub(crate) fn voxel_downsample_from(cloud: &PointCloud, voxel_size: f64, corner: DVec3) -> Result<PointCloud> {
+    Ok(Voxels::new(cloud, voxel_size, corner)?.means(cloud))
+}
+
+/// As [`voxel_downsample_from`] to voxels of side `voxel_size` (m), and to those of which each of these is divided into `parts` along each
+/// axis; these come second.
+///
+/// # Errors
+/// When `voxel_size` is not positive, or so small that a point lies 1e9 parts of voxels or more from the corner.
+pub(crate) fn voxel_downsample_twice(
+    cloud: &PointCloud,
+    (voxel_size, parts): (f64, i32),
+    corner: DVec3,
+) -> Result<(PointCloud, PointCloud)> {
+    let fine = Voxels::new(cloud, voxel_size / f64::from(parts), corner)?;
+    Ok((fine.joined(parts, voxel_size).means(cloud), fine.means(cloud)))
+}
+
+impl Voxels {
+    fn new(cloud: &PointCloud, voxel_size: f64, corner: DVec3) -> Result<Self> {
+        if !(voxel_size > 0.0 && voxel_size.is_finite()) {
+            let problem = format!("voxel_size = {voxel_size} m is not positive");
+            return Err(Error::whole(problem, "Give a positive voxel_size"));
         }
-        voxels[number].position += position;
-        voxels[number].count += 1;
-        if has_attributes {
-            attributes[number].add(cloud, point);
+        let has_attributes = cloud.normals.is_some() || cloud.colors.is_some() || cloud.times.is_some();
+        let mut numbers = Numbers::new(voxel_size);
+        let mut voxels = Self { cells: Vec::new(), sums: Vec::new(), attributes: Vec::new() };
+        for (point, position) in cloud.positions.iter().enumerate().filter(|(_, position)| position.is_finite()) {
+            let position = position.as_dvec3();
+            let cell = numbers.hash.voxel(&Vector3::from((position - corner).to_array())).ok_or_else(|| {
+                let problem = format!("voxel_size = {voxel_size} m is too small for a cloud that reaches {position} m");
+                Error::whole(problem, "Give a larger voxel_size")
+            })?;
+            let number = voxels.at(cell, &mut numbers, has_attributes);
+            voxels.sums[number].position += position;
+            voxels.sums[number].count += 1;
+            if has_attributes {
+                voxels.attributes[number].add_point(cloud, point);
+            }
+        }
+        Ok(voxels)
+    }
+
+    /// Larger voxels of side `voxel_size` (m), which are as many of these along each axis.
+    fn joined(&self, parts: i32, voxel_size: f64) -> Self {
+        let mut numbers = Numbers::new(voxel_size);
+        let mut joined = Self { cells: Vec::new(), sums: Vec::new(), attributes: Vec::new() };
+        for (part, (cell, sums)) in self.cells.iter().zip(&self.sums).enumerate() {
+            let number = joined.at(
+                [cell[0].div_euclid(parts), cell[1].div_euclid(parts), cell[2].div_euclid(parts)],
+                &mut numbers,
+                !self.attributes.is_empty(),
+            );
+            joined.sums[number].position += sums.position;
+            joined.sums[number].count += sums.count;
+            if let Some(attributes) = self.attributes.get(part) {
+                joined.attributes[number].add(attributes);
+            }
+        }
+        joined
+    }
+
+    /// The index of a voxel, which is added where it is new.
+    #[inline]
+    fn at(&mut self, cell: Voxel, numbers: &mut Numbers, has_attributes: bool) -> usize {
+        let number = numbers.insert(cell);
+        if number == self.sums.len() {
+            self.cells.push(cell);
+            self.sums.push(Sums::default());
+            self.attributes.extend(has_attributes.then(Attributes::default));
+        }
+        number
+    }
+
+    /// One point a voxel, with what this cloud has beside positions.
+    fn means(&self, cloud: &PointCloud) -> PointCloud {
+        let with_attributes =
+            || self.attributes.iter().zip(&self.sums).map(|(attributes, sums)| (attributes, sums.count));
+        let color = |(of, count): (&Attributes, u64)| of.color.map(|sum| ((sum + count / 2) / count) as u8);
+        let normal = |(of, _): (&Attributes, u64)| -> Vec3 { of.normal.normalize_or_zero().as_vec3() };
+        let time = |(of, count): (&Attributes, u64)| (of.time / count as f64) as f32;
+        let times = cloud.times.as_ref();
+        PointCloud {
+            positions: self.sums.iter().map(|sums| (sums.position / sums.count as f64).as_vec3()).collect(),
+            normals: cloud.normals.as_ref().map(|_| with_attributes().map(normal).collect()),
+            colors: cloud.colors.as_ref().map(|_| with_attributes().map(color).collect()),
+            origin: cloud.origin,
+            rounded_off: None,
+            times: times
+                .map(|times| PointTimes { origin: times.origin, offsets: with_attributes().map(time).collect() }),
         }
     }
-    let with_attributes = || attributes.iter().zip(&voxels).map(|(attributes, sums)| (attributes, sums.count));
-    let color = |(of, count): (&Attributes, u64)| of.color.map(|sum| ((sum + count / 2) / count) as u8);
-    let normal = |(of, _): (&Attributes, u64)| -> Vec3 { of.normal.normalize_or_zero().as_vec3() };
-    let time = |(of, count): (&Attributes, u64)| (of.time / count as f64) as f32;
-    Ok(PointCloud {
-        positions: voxels.iter().map(|sums| (sums.position / sums.count as f64).as_vec3()).collect(),
-        normals: cloud.normals.as_ref().map(|_| with_attributes().map(normal).collect()),
-        colors: cloud.colors.as_ref().map(|_| with_attributes().map(color).collect()),
-        origin: cloud.origin,
-        rounded_off: None,
-        times: cloud
-            .times
-            .as_ref()
-            .map(|times| PointTimes { origin: times.origin, offsets: with_attributes().map(time).collect() }),
-    })
+}
+
+/// Numbers of voxels; points that follow one another mostly lie in one.
+struct Numbers {
+    hash: VoxelHash,
+    last: Option<(Voxel, usize)>,
+}
+
+impl Numbers {
+    fn new(voxel_size: f64) -> Self {
+        Self { hash: VoxelHash::new(voxel_size), last: None }
+    }
+
+    #[inline]
+    fn insert(&mut self, cell: Voxel) -> usize {
+        match self.last {
+            Some((last, number)) if last == cell => number,
+            _ => {
+                let number = self.hash.insert(cell) as usize;
+                self.last = Some((cell, number));
+                number
+            }
+        }
+    }
 }
 
 impl Attributes {
     /// Adds those of a point.
-    fn add(&mut self, cloud: &PointCloud, point: usize) {
+    fn add_point(&mut self, cloud: &PointCloud, point: usize) {
         if let Some(normals) = &cloud.normals {
             self.normal += normals[point].as_dvec3();
         }
@@ -97,6 +175,15 @@ impl Attributes {
             for (sum, &channel) in self.color.iter_mut().zip(&colors[point]) {
                 *sum += u64::from(channel);
             }
+        }
+    }
+
+    /// Adds those of a part.
+    fn add(&mut self, part: &Self) {
+        self.normal += part.normal;
+        self.time += part.time;
+        for (sum, channel) in self.color.iter_mut().zip(part.color) {
+            *sum += channel;
         }
     }
 }
@@ -140,6 +227,27 @@ mod tests {
         voxels.sort_unstable();
         assert!(voxels.windows(2).all(|pair| pair[0] != pair[1]));
         assert!(cloud.positions.iter().all(|p| voxels.binary_search(&voxel(p)).is_ok()));
+    }
+
+    #[test]
+    fn voxels_and_their_parts_hold_the_means_of_the_same_points() {
+        let wave = |i: i32, rate: f32| (i as f32 * rate).sin();
+        let positions = (0..3000).map(|i| Vec3::new(3.0 * wave(i, 0.37), 2.0 * wave(i, 0.73), wave(i, 1.3))).collect();
+        let cloud = PointCloud {
+            colors: Some((0..3000).map(|i| [(i % 251) as u8, 7, 255]).collect()),
+            times: Some(PointTimes { origin: 1.0, offsets: (0..3000).map(|i| i as f32 * 1e-3).collect() }),
+            ..PointCloud::from_positions(positions)
+        };
+        let corner = DVec3::new(0.013, -0.2, 0.1);
+        let (whole, parts) = voxel_downsample_twice(&cloud, (0.5, 2), corner).unwrap();
+        for (found, size) in [(whole, 0.5), (parts, 0.25)] {
+            let expected = voxel_downsample_from(&cloud, size, corner).unwrap();
+            let are_near =
+                |a: &[f32], b: &[f32]| a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
+            let [a, b] = [&found, &expected].map(|cloud| bytemuck::cast_slice::<_, f32>(&cloud.positions));
+            assert!(are_near(a, b) && found.colors == expected.colors && found.len() > 200);
+            assert!(are_near(&found.times.unwrap().offsets, &expected.times.unwrap().offsets));
+        }
     }
 
     #[test]

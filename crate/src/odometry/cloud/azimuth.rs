@@ -3,7 +3,7 @@
 
 use nalgebra::Vector6;
 
-use super::skew_test::SkewTest;
+use super::skew_test::{SkewTest, left_over};
 use super::{CloudOptions, PreparedCloud, RegisteredCloud};
 use crate::geometry::quantile::quantile;
 use crate::geometry::{PointCloud, Pose3, RigidMotion};
@@ -28,6 +28,7 @@ pub(crate) struct AzimuthGuess {
 
 /// The cloud before.
 struct Last {
+    /// Its registered points.
     cloud: PointCloud,
     T_world_cloud: Pose3,
     /// The time stamp (s).
@@ -59,7 +60,7 @@ impl AzimuthGuess {
         registered: &RegisteredCloud<'_>,
         options: &CloudOptions,
     ) -> Guess {
-        let (cloud, T_world_cloud) = (registered.cloud.cloud().clone(), registered.T_world_cloud);
+        let (cloud, T_world_cloud) = (registered.cloud.registered_points(), registered.T_world_cloud);
         let Some(last) = self.last.replace(Last { cloud: cloud.clone(), T_world_cloud, time, frame }) else {
             return Guess::Open;
         };
@@ -71,20 +72,25 @@ impl AzimuthGuess {
         }
         self.velocities.push((frame, velocity));
         if bend(&cloud, &velocity) >= options.voxel_size {
-            self.compare(&[last.cloud, cloud], &velocity, &motion, options);
+            self.compare([last.cloud, cloud], &velocity, &motion, options);
         }
         self.judged()
     }
 
-    fn compare(&mut self, clouds: &[PointCloud; 2], velocity: &Vector6<f64>, motion: &Pose3, options: &CloudOptions) {
+    /// Normals turn with their points: neighbours were measured at about the same time, but at the seam.
+    fn compare(&mut self, clouds: [PointCloud; 2], velocity: &Vector6<f64>, motion: &Pose3, options: &CloudOptions) {
         self.num_compared += 1;
-        let as_they_are = clouds.clone().map(PreparedCloud::from_cloud);
-        for (clock, test) in self.clocks.iter().zip(&mut self.tests) {
-            let straight = clouds.clone().map(|cloud| {
+        let left = |pair: [PointCloud; 2]| left_over(pair.map(PreparedCloud::from_cloud).each_ref(), motion, options);
+        let straightened = |clock: &AzimuthClock| {
+            clouds.clone().map(|cloud| {
                 let times = Some(clock.times(&cloud.positions));
-                PreparedCloud::with_normals(deskew(PointCloud { times, ..cloud }, velocity, 0.0), options)
-            });
-            test.add(straight.each_ref(), as_they_are.each_ref(), motion, options);
+                deskew(PointCloud { times, ..cloud }, velocity, 0.0)
+            })
+        };
+        let straight = self.clocks.each_ref().map(|clock| left(straightened(clock)));
+        let bent = left(clouds);
+        for (test, straight) in self.tests.iter_mut().zip(straight) {
+            test.add(bent, straight);
         }
     }
 

@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::geometry::PointCloud;
 use crate::preprocess::clean::refuse_map_coordinates;
 use crate::preprocess::estimate_normals::{estimate_clear_normals, estimate_normals};
-use crate::preprocess::voxel_downsample::{voxel_downsample, voxel_downsample_from};
+use crate::preprocess::voxel_downsample::{voxel_downsample, voxel_downsample_from, voxel_downsample_twice};
 use crate::registration::free_space::sphere::SphericalView;
 use crate::registration::global::DescribedCloud;
 use crate::registration::global::scale::feature_neighborhood;
@@ -34,6 +34,9 @@ pub struct PreparedCloud {
 /// The golden ratio: its multiples fall evenly between whole numbers, whatever the period of the points, as that of a lidar's rings.
 const GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
 
+/// Relative difference of sides of voxels that are the same, computed in double precision in another order.
+const SAME_SIZE: f64 = 1e-12;
+
 impl PreparedCloud {
     /// Downsamples a cloud (sensor frame) and estimates its normals; its own are ignored, as their orientation is unknown.
     ///
@@ -48,15 +51,38 @@ impl PreparedCloud {
     /// # Errors
     /// When an option is out of its limits.
     pub fn downsampled(cloud: &PointCloud, options: &CloudOptions) -> Result<PointCloud> {
-        options.check()?;
-        refuse_map_coordinates(cloud)?;
-        let finite = cloud.positions.iter().filter(|p| p.is_finite());
-        let lowest = finite.copied().reduce(glam::Vec3::min).unwrap_or_default();
-        let corner = lowest.as_dvec3() - 0.5 * options.voxel_size;
+        let corner = Self::corner(cloud, options)?;
         if cloud.normals.is_some() {
             return voxel_downsample_from(&PointCloud { normals: None, ..cloud.clone() }, options.voxel_size, corner);
         }
         voxel_downsample_from(cloud, options.voxel_size, corner)
+    }
+
+    /// The [`downsampled`](Self::downsampled) cloud, and one of smaller voxels of this side (m) with the cloud's own normals.
+    ///
+    /// # Errors
+    /// When an option is out of its limits.
+    pub(crate) fn downsampled_twice(
+        cloud: &PointCloud,
+        options: &CloudOptions,
+        part_size: f64,
+    ) -> Result<(PointCloud, PointCloud)> {
+        let parts = (options.voxel_size / part_size).round();
+        if (parts * part_size - options.voxel_size).abs() > SAME_SIZE * options.voxel_size {
+            return Ok((Self::downsampled(cloud, options)?, voxel_downsample(cloud, part_size)?));
+        }
+        let corner = Self::corner(cloud, options)?;
+        let (whole, fine) = voxel_downsample_twice(cloud, (options.voxel_size, parts as i32), corner)?;
+        Ok((PointCloud { normals: None, ..whole }, fine))
+    }
+
+    /// A corner of the voxels (m).
+    fn corner(cloud: &PointCloud, options: &CloudOptions) -> Result<DVec3> {
+        options.check()?;
+        refuse_map_coordinates(cloud)?;
+        let finite = cloud.positions.iter().filter(|p| p.is_finite());
+        let lowest = finite.copied().reduce(glam::Vec3::min).unwrap_or_default();
+        Ok(lowest.as_dvec3() - 0.5 * options.voxel_size)
     }
 
     /// Estimates the normals of the points to be registered of a cloud that is [`downsampled`](Self::downsampled).
@@ -98,6 +124,14 @@ impl PreparedCloud {
     /// the cloud, if any.
     pub fn cloud(&self) -> &PointCloud {
         &self.cloud
+    }
+
+    /// The registered points of that cloud alone.
+    pub(super) fn registered_points(&self) -> PointCloud {
+        let is_registered = |normal: &glam::Vec3| *normal != glam::Vec3::ZERO;
+        let normals = self.cloud.normals.iter().flatten().enumerate();
+        let chosen: Vec<usize> = normals.filter(|(_, normal)| is_registered(normal)).map(|(point, _)| point).collect();
+        self.cloud.selected(&chosen)
     }
 
     /// The same cloud, where nothing else is needed any more.

@@ -23,17 +23,10 @@ pub(super) struct SkewTest {
 }
 
 impl SkewTest {
-    /// Compares a sweep and the one before it: `[last, this]`. `T_last_this` is where this one was found.
-    pub(super) fn add(
-        &mut self,
-        straight: [&PreparedCloud; 2],
-        as_they_are: [&PreparedCloud; 2],
-        T_last_this: &Pose3,
-        options: &CloudOptions,
-    ) {
-        let [bent, unbent] = [as_they_are, straight].map(|pair| left_over(pair, T_last_this, options));
-        if bent > 0.0 && unbent > 0.0 {
-            self.log_ratios.push((bent / unbent).ln());
+    /// Adds what is [left over](left_over) of a sweep and the one before it as they are, and straightened (m^2).
+    pub(super) fn add(&mut self, bent: f64, straight: f64) {
+        if bent > 0.0 && straight > 0.0 {
+            self.log_ratios.push((bent / straight).ln());
         }
         let count = self.log_ratios.len() as f64;
         let mean = self.log_ratios.iter().sum::<f64>() / count;
@@ -44,8 +37,9 @@ impl SkewTest {
     }
 }
 
-/// Mean square distance of corresponding points (m^2), where points without a partner count as at the limit.
-fn left_over([last, this]: [&PreparedCloud; 2], T_last_this: &Pose3, options: &CloudOptions) -> f64 {
+/// Mean square distance of corresponding points (m^2) of two sweeps, registered from `T_last_this`, where points without a partner count as at the
+/// limit.
+pub(super) fn left_over([last, this]: [&PreparedCloud; 2], T_last_this: &Pose3, options: &CloudOptions) -> f64 {
     let ((first, finer), solver) = (options.stages(), options.motion.solver());
     let sample = this.at_most(ROUGH_POINTS);
     let found =

@@ -11,7 +11,7 @@ use nalgebra::{Translation3, UnitQuaternion, Vector3, Vector6};
 use super::gyro::Gyro;
 use super::options::CloudOptions;
 use super::prepared::PreparedCloud;
-use super::skew_test::SkewTest;
+use super::skew_test::{SkewTest, left_over};
 use super::{CloudEstimate, CloudOdometry, Found, RegisteredCloud};
 use crate::error::Result;
 use crate::geometry::quantile::quantile;
@@ -342,7 +342,8 @@ impl SweepOdometry {
         let as_it_is = sweep.straight(&Vector6::zeros(), &self.options);
         if let (Some(last), Some(last_as_it_is)) = (&self.clouds.last, &self.last_as_it_is) {
             let T_last_this = self.clouds.T_world_last.inverse() * found.T_world_sensor;
-            self.skew_test.add([last, frame], [last_as_it_is, &as_it_is], &T_last_this, &self.options);
+            let left = |pair: [&PreparedCloud; 2]| left_over(pair, &T_last_this, &self.options);
+            self.skew_test.add(left([last_as_it_is, &as_it_is]), left([last, frame]));
         }
         self.last_as_it_is = Some(as_it_is);
     }

@@ -16,7 +16,6 @@ use crate::preprocess::color_registration::OutlineContrast;
 use crate::preprocess::depth_cloud::depth_cloud;
 use crate::preprocess::depth_surfels::{DepthModel, depth_surfels};
 use crate::preprocess::map_image::MapImage;
-use crate::preprocess::voxel_downsample::voxel_downsample;
 use crate::preprocess::wrap_around::usable_pixels;
 use crate::registration::prepared_surfels::PreparedSurfels;
 
@@ -220,17 +219,17 @@ impl PreparedFrame {
             return Err(in_file(Error::whole(problem, remedy)));
         }
         let options = decode_config.cloud_options();
-        let prepared = if cloud.times.is_some() {
-            // Its normals are those of the straightened sweep, which registration makes of it.
-            PreparedCloud::downsampled(&cloud, &options).map_err(in_file)?
+        let (voxels, parts) = if settings.map_voxel_size < settings.voxel_size {
+            let (voxels, parts) =
+                PreparedCloud::downsampled_twice(&cloud, &options, settings.map_voxel_size).map_err(in_file)?;
+            (voxels, Some(parts))
         } else {
-            PreparedCloud::new(&cloud, &options).map_err(in_file)?.into_cloud()
+            (PreparedCloud::downsampled(&cloud, &options).map_err(in_file)?, None)
         };
-        let map_points = if settings.map_voxel_size < settings.voxel_size {
-            voxel_downsample(&cloud, settings.map_voxel_size).map_err(in_file)?
-        } else {
-            prepared.clone()
-        };
+        // The normals of a cloud with times are those of the straightened sweep, which registration makes of it.
+        let has_times = cloud.times.is_some();
+        let prepared = if has_times { voxels } else { PreparedCloud::with_normals(voxels, &options).into_cloud() };
+        let map_points = parts.unwrap_or_else(|| prepared.clone());
         let (surfaces, map_points) = (Surfaces::Cloud(prepared), MapPoints::Cloud(map_points));
         let gyro = gyro_comments::gyro_readings(bytes).unwrap_or_default();
         Ok(Self { label, surfaces, map_points, gyro, notes: Vec::new(), fills_range: false })

@@ -1,7 +1,5 @@
 //! The kinds of search in a tree: each visits leaf after leaf and narrows its limit.
 
-use std::collections::BinaryHeap;
-
 use super::{LEAF, Neighbor, smaller};
 
 /// Numbers compared at once: those of a 128-bit vector, the width that WebAssembly has.
@@ -137,64 +135,42 @@ impl<F: FnMut(u32) -> f32> PointByPoint for NearestBy<F> {
     }
 }
 
-/// The `k` nearest points for small `k`, in a sorted list.
+/// The `k` nearest points. All that are near enough are collected, and cut down to the nearest whenever there are about twice as many: an
+/// ordered list or a heap would have to be updated for each.
 pub(super) struct KNearest<'a> {
     pub(super) k: usize,
     pub(super) limit: Neighbor,
     pub(super) found: &'a mut Vec<Neighbor>,
 }
 
-impl PointByPoint for KNearest<'_> {
-    fn limit(&self) -> Neighbor {
-        self.limit
-    }
-
-    /// Passes the candidate through the whole list, each entry keeping the nearer of the two. For small `k` that is faster
-    /// than an insertion, which has branches that the processor mispredicts.
-    #[inline]
-    fn take(&mut self, candidate: Neighbor) {
-        if !candidate.comes_before(self.limit) {
+impl KNearest<'_> {
+    /// Leaves the `k` nearest ones, in no order.
+    pub(super) fn cut(&mut self) {
+        if self.found.len() < self.k {
             return;
         }
-        let mut carried = candidate.key();
-        for neighbor in self.found.iter_mut() {
-            let key = neighbor.key();
-            *neighbor = Neighbor::from_key(key.min(carried));
-            carried = key.max(carried);
-        }
-        if self.found.len() < self.k {
-            self.found.push(Neighbor::from_key(carried));
-        }
-        if self.found.len() == self.k {
-            self.limit = self.found[self.k - 1];
-        }
+        let (_, &mut furthest, _) = self.found.select_nth_unstable_by_key(self.k - 1, |neighbor| neighbor.key());
+        self.found.truncate(self.k);
+        self.limit = furthest;
     }
 }
 
-/// The `k` nearest points for large `k`, in a heap with the furthest one on top.
-pub(super) struct ManyNearest {
-    pub(super) k: usize,
-    pub(super) limit: Neighbor,
-    pub(super) found: BinaryHeap<u64>,
-}
-
-impl PointByPoint for ManyNearest {
+impl Search for KNearest<'_> {
+    #[inline]
     fn limit(&self) -> Neighbor {
         self.limit
     }
 
     #[inline]
-    fn take(&mut self, candidate: Neighbor) {
-        if !candidate.comes_before(self.limit) {
-            return;
+    fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]) {
+        let max_sq_distance = self.limit.sq_distance;
+        for (&sq_distance, &index) in sq_distances.iter().zip(indices) {
+            if sq_distance <= max_sq_distance {
+                self.found.push(Neighbor { index, sq_distance });
+            }
         }
-        if self.found.len() < self.k {
-            self.found.push(candidate.key());
-        } else if let Some(mut furthest) = self.found.peek_mut() {
-            *furthest = candidate.key();
-        }
-        if self.found.len() == self.k {
-            self.limit = self.found.peek().map_or(self.limit, |&key| Neighbor::from_key(key));
+        if self.found.len() >= self.k + self.k.max(LEAF) {
+            self.cut();
         }
     }
 }
