@@ -80,6 +80,12 @@ export const layoutStyles = css`
   .narrow .middle {
     grid-column: 1;
   }
+  .side.alone {
+    flex: none;
+    width: min(100%, 460px);
+    max-height: 40%;
+    margin: 0 auto 32px;
+  }
   .side {
     min-height: 0;
     overflow: auto;

@@ -244,6 +244,11 @@ export abstract class RunView<
     const { snapshot, phase } = session;
     const isEmpty = snapshot === null && (phase === 'empty' || phase === 'unavailable');
     const isNarrow = layout === 'narrow';
+    // Of files that are refused, a setting may be the remedy.
+    const isRefused = isEmpty && session.dataset !== null && controls === 'full';
+    if (isRefused) this.loadPanels();
+    const settings = (place: string): TemplateResult =>
+      html`<aside class="side ${place}" part="settings" aria-label="Settings">${this.renderSettings()}</aside>`;
     return html`
       <div
         class="run ${this.of.kind} ${layout} ${this.isLow ? 'low' : ''}"
@@ -256,10 +261,11 @@ export abstract class RunView<
           this.hovered = detail;
         }}
       >
-        ${isEmpty ? this.renderEmpty() : this.renderIntroduction()} ${this.renderExchange()}
+        ${isEmpty ? this.renderEmpty() : this.renderIntroduction()} ${isRefused ? settings('alone') : nothing}
+        ${this.renderExchange()}
         ${controls === 'minimal' || (controls === 'full' && !isNarrow) ? this.renderFigures() : nothing}
         <main ?hidden=${isEmpty}>
-          ${this.shows('settings') ? html`<aside class="side left" part="settings" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
+          ${this.shows('settings') && !isRefused ? settings('left') : nothing}
           <div class="middle">
             ${this.renderBefore()} ${messages(session, true)}
             <div class="map-area" part="map">${this.renderMap()} ${this.renderQuestion()}</div>
