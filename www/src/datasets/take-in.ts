@@ -84,10 +84,12 @@ export function combine(present: Dataset | null, intake: Intake, joins: boolean)
   };
 }
 
-/** The file where it is one, else the folder that all scans share, else "Your scans". */
+/** The file where it is one, or the logs; else the folder that all scans share, else "Your scans". */
 export function titleOf(scans: readonly InputFile[]): string {
-  const [only] = scans;
-  if (only && scans.length === 1) return only.name.split('/').at(-1) ?? only.name;
+  const [only, second, ...others] = scans.map(({ name }) => name.split('/').at(-1) ?? name);
+  if (only !== undefined && second === undefined) return only;
+  if (scans.length > 0 && scans.every(({ isLog }) => isLog))
+    return `${only} and ${others.length > 0 ? `${others.length + 1} others` : second}`;
   const folders = scans.map(({ name }) => name.split('/').slice(0, -1));
   const first = folders[0] ?? [];
   let depth = 0;
