@@ -122,9 +122,10 @@ test('why a scan is the worst: its longest pairs are drawn, and the lab is one c
   await expect(app.why).toContainText(/the \d+ longest pairs\s+of \d+\.\s+They have\s+\d+\s%/);
   const longest = page.getByLabel(/Show the longest pairs/);
   await expect(longest).toBeChecked();
-  const drawn = await app.picture();
   await longest.uncheck();
-  await expect.poll(() => app.picture()).not.toBe(drawn);
+  const without = await app.picture();
+  await longest.check();
+  await expect.poll(() => app.picture()).not.toBe(without);
   // The corridor lies along the screen here and there.
   const turned = await app.map.evaluate((map) => (map as HTMLElement & { turned: number }).turned);
   expect(turned).not.toBe(0);
