@@ -192,6 +192,7 @@ impl<const D: usize> KdTree<D> {
     /// nearest first, among equal distances the smallest index first.
     pub fn k_nearest(&self, query: &[f32; D], max_distance: f32, k: usize, out: &mut Vec<Neighbor>) {
         out.clear();
+        let k = k.min(self.num_points);
         if k > 0 {
             let mut search = KNearest { k, limit: Neighbor::limit(max_distance), found: out };
             self.search(query, &mut search);
