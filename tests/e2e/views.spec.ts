@@ -243,7 +243,11 @@ test('scans replace what is open, or join own scans where they are to; a referen
   expect(logged.scans.map(({ name }) => name)).toEqual(['hall.log']);
   expect(combine(logged, { ...intake(), reference: file('mine.tum') }, false).scans).toEqual(logged.scans);
   const both = combine(logged, log('attic.log'), true);
-  expect([both.title, ...both.scans.map(({ name }) => name)]).toEqual(['attic.log and hall.log', 'attic.log', 'hall.log']);
+  expect([both.title, ...both.scans.map(({ name }) => name)]).toEqual([
+    'attic.log and hall.log',
+    'attic.log',
+    'hall.log',
+  ]);
 });
 
 test('settings go to the screen and back, and into an address and back', () => {
