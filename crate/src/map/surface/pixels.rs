@@ -29,6 +29,7 @@ struct DepthLimits {
     truncation: f32,
     /// Of the depth, by a right angle of view.
     weight: f32,
+    noise_share: i32,
 }
 
 /// What all images of a recording have in common. It is made once.
@@ -55,9 +56,12 @@ impl Optics {
         let cosines = rays[1].iter().flat_map(|&y| cosine(y)).collect();
         let [low, high] = [MIN_TRUNCATION_VOXELS, MAX_TRUNCATION_VOXELS].map(|voxels| voxels * voxel_size);
         let limits = (0..=u16::MAX).map(|depth| {
-            let deviation = model.deviation(f32::from(depth) * image.unit);
+            let depth = f32::from(depth) * image.unit;
+            let deviation = model.deviation(depth);
             let weight = deviation.powi(-2) / WEIGHT_INFORMATION;
-            DepthLimits { truncation: (TRUNCATION_DEVIATIONS * deviation).clamp(low, high), weight }
+            let noise = model.square_noise as f32 * depth * depth / deviation;
+            let noise_share = (WHOLE_SHARE * noise * noise).min(WHOLE_SHARE).round() as i32;
+            DepthLimits { truncation: (TRUNCATION_DEVIATIONS * deviation).clamp(low, high), weight, noise_share }
         });
         let limits = limits.collect();
         let pixel_steps = [image.camera.fx, image.camera.fy].map(|focal_length| focal_length.recip() as f32);
@@ -70,15 +74,18 @@ impl Optics {
 
     /// Weight of a depth (m), seen at a right angle.
     pub(super) fn weight(&self, depth: f32) -> f32 {
-        let raw = (depth / self.unit).clamp(0.0, f32::from(u16::MAX));
-        self.limits[raw as usize].weight
+        self.limits_at(depth).weight
     }
 
     /// The share that noise has in the variance of a depth (m), of [`WHOLE_SHARE`]; the rest is that of the steps of the depth values,
     /// which differs from place to place.
     pub(super) fn noise_share(&self, depth: f32) -> i32 {
-        let noise = self.model.square_noise as f32 * depth * depth / self.model.deviation(depth);
-        (WHOLE_SHARE * noise * noise).min(WHOLE_SHARE).round() as i32
+        self.limits_at(depth).noise_share
+    }
+
+    #[inline]
+    fn limits_at(&self, depth: f32) -> DepthLimits {
+        self.limits[(depth / self.unit).clamp(0.0, f32::from(u16::MAX)) as usize]
     }
 }
 
@@ -162,7 +169,7 @@ impl<'a> Pixels<'a> {
         let normal = if along > 0.0 { -normal } else { normal };
         let along = along.abs();
         let cosine = along * self.optics.cosines[index];
-        let DepthLimits { truncation, weight } = self.optics.limits[usize::from(raw)];
+        let DepthLimits { truncation, weight, .. } = self.optics.limits[usize::from(raw)];
         let weight = cosine * weight + 0.5;
         if cosine < MIN_COSINE || weight < 1.0 {
             return None;

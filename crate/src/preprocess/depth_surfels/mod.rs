@@ -226,7 +226,7 @@ const CORRELATED_PIXELS: f64 = 50.0;
 /// by it. Along the line of sight, the surfaces of registered frames and of the map differ by 0.7 to 1.0 (kinect_office), 0.7 to 1.3
 /// (d435_robot) and 0.3 to 1.7 (kinect_pioneer) times that noise, at depths of 1 to 7 m. Without the 2 mm that every surface may be off
 /// it is 0.7 in the median, half of the variance being each one's.
-pub const SHARED_ERROR: f64 = 0.5;
+pub(crate) const SHARED_ERROR: f64 = 0.5;
 
 #[cfg(test)]
 mod tests {
