@@ -58,6 +58,26 @@ test('odometry that is named gives the first guess; one without headings is told
   assert.match(refused.stderr, /positions\.txt: These positions have no headings/);
 });
 
+test('a log cut in two files, and in files of one scan each, is as one', async (t) => {
+  const folder = temporaryFolder(t);
+  // The wheels' own poses, which the scans' lines repeat.
+  const scans = roomLog(24)
+    .split('\n')
+    .filter((line) => line.startsWith('FLASER'));
+  const lines = scans.map((line, scan) => `ODOM ${0.05 * scan} 0 0 0 0 0 ${scan} robot ${scan}\n${line}\n`);
+  const run = async (/** @type {string} */ name, /** @type {string[]} */ parts) => {
+    const logs = writeFiles(folder, Object.fromEntries(parts.map((part, i) => [`${name}-${100 + i}.log`, part])));
+    const out = join(folder, name);
+    const { status, stderr } = await scanstitch(['reconstruct', ...logs, '--out', out]);
+    assert.equal(status, 0, stderr);
+    assert.match(stderr, /The poses in the log are the wheels' own .* and are used as odometry/);
+    return readFileSync(join(out, 'trajectory.tum'), 'utf8');
+  };
+  const whole = await run('whole', [lines.join('')]);
+  assert.equal(await run('cut', [lines.slice(0, 12).join(''), lines.slice(12).join('')]), whole);
+  assert.equal(await run('alone', lines), whole);
+});
+
 /** A robot that turns on the spot in a room, 3 degrees a scan: x y theta are given as they are. @param {number} numScans */
 function turningLog(numScans) {
   const line = (/** @type {unknown} */ _, /** @type {number} */ scan) => {

@@ -11,13 +11,14 @@ use scanstitch_scene::campus::{CampusOptions, generate};
 use scanstitch_scene::drive::Drive;
 
 fn run(drive: &Drive, odometry: OdometrySource) -> Reconstruction {
-    run_log(&drive.carmen(), odometry)
+    run_logs(&[&drive.carmen()], odometry)
 }
 
-fn run_log(log: &str, odometry: OdometrySource) -> Reconstruction {
-    let log = laser_log::read(log.as_bytes()).unwrap();
+fn run_logs(logs: &[&str], odometry: OdometrySource) -> Reconstruction {
     let mut reconstruction = Reconstruction::new(Settings { odometry, ..Settings::default() }).unwrap();
-    reconstruction.add_log("drive.log", &log);
+    for log in logs {
+        reconstruction.add_log("drive.log", &laser_log::read(log.as_bytes()).unwrap());
+    }
     while reconstruction.step().stage != Stage::Done {}
     reconstruction
 }
@@ -94,7 +95,7 @@ fn poses_of_a_path_without_revisits_are_not_used_and_a_note_says_so() {
 #[test]
 fn poses_that_repeat_the_wheels_own_lines_are_used_where_they_never_come_back() {
     let drive = generate(&CampusOptions { length: 60.0, ..CampusOptions::default() });
-    let notes = run_log(&drive.raw_carmen(), Settings::default().odometry).result().notes;
+    let notes = run_logs(&[&drive.raw_carmen()], Settings::default().odometry).result().notes;
     assert!(notes.iter().any(|note| note.contains("its lines of odometry) and are used")), "{notes:?}");
     // Corrected by a program: the scans' lines have other poses than the wheels'.
     let corrected = Drive { odometry: drive.T_world_robot.clone(), ..drive.clone() };
@@ -103,6 +104,18 @@ fn poses_that_repeat_the_wheels_own_lines_are_used_where_they_never_come_back() 
     let scans = corrected.carmen();
     let scans = scans.lines().filter(|line| line.starts_with("FLASER"));
     let log: Vec<String> = mixed.iter().zip(scans).map(|(wheels, scan)| format!("{wheels}\n{scan}\n")).collect();
-    let notes = run_log(&log.concat(), Settings::default().odometry).result().notes;
+    let notes = run_logs(&[&log.concat()], Settings::default().odometry).result().notes;
     assert!(notes.iter().any(|note| note.contains("cannot be told")), "{notes:?}");
+}
+
+#[test]
+fn a_log_cut_in_two_files_is_as_one() {
+    let log = generate(&CampusOptions { length: 60.0, ..CampusOptions::default() }).raw_carmen();
+    let middle = log.len() / 2 + log[log.len() / 2..].find("\nODOM").unwrap() + 1;
+    let [whole, cut] = [&[log.as_str()][..], &[&log[..middle], &log[middle..]]].map(|logs| {
+        let run = run_logs(logs, Settings::default().odometry);
+        (run.poses(), run.result().notes)
+    });
+    assert!(whole.1.iter().any(|note| note.contains("used as odometry")), "{:?}", whole.1);
+    assert_eq!(cut, whole);
 }

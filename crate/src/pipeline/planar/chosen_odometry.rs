@@ -1,6 +1,6 @@
 //! The odometry of a run: which source it is taken from, how well it is known, and what is said of it.
 
-use super::counterparts::{counterparts, fits_scans, log_holds_wheels};
+use super::counterparts::{counterparts, fits_scans, wheels_in_logs};
 use crate::geometry::Pose2;
 use crate::geometry::quantile::MIN_SAMPLE;
 use crate::io::trajectory::Trajectory;
@@ -45,14 +45,12 @@ impl ChosenOdometry {
         let checked = file.map(|(name, given)| check(name, given, scans));
         let may_check_log = file.is_none() && wanted != OdometrySource::None;
         let mirrored_in_log = if may_check_log { mirror_of_log(scans.all, scans.limit) } else { None };
-        let (source, log_note) = if wanted == OdometrySource::Auto && file.is_none() {
-            let (are_wheels, note) = log_holds_wheels(scans);
-            (if are_wheels { OdometrySource::Log } else { OdometrySource::Auto }, note)
-        } else {
-            (wanted, None)
-        };
-        let poses = checked.as_ref().map(|checked| checked.poses.as_slice());
-        let (model, noise_note) = compared(&poses_of_laser(source, scans.all, poses), scans);
+        let judged = (wanted == OdometrySource::Auto && file.is_none()).then(|| wheels_in_logs(scans));
+        let (in_logs, log_notes) = judged.unzip();
+        let uses_wheels = in_logs.iter().flatten().any(Option::is_some);
+        let source = if uses_wheels { OdometrySource::Log } else { wanted };
+        let poses = checked.as_ref().map(|checked| &checked.poses).or(in_logs.as_ref());
+        let (model, noise_note) = compared(&poses_of_laser(source, scans.all, poses.map(Vec::as_slice)), scans);
         let is_mirrored = checked.as_ref().is_some_and(|checked| checked.mirrored.is_some());
         let may_be_mirrored = scans.all.iter().any(|scan| scan.may_be_mirrored && scan.odometry.is_none());
         Self {
@@ -64,7 +62,7 @@ impl ChosenOdometry {
                 (checked.is_none() && may_be_mirrored).then_some(DIRECTION_OPEN)
             },
             checked,
-            notes: log_note.into_iter().chain(mirrored_in_log.clone()).chain(noise_note).collect(),
+            notes: log_notes.into_iter().flatten().chain(mirrored_in_log.clone()).chain(noise_note).collect(),
             mirrored_in_log,
         }
     }
@@ -102,7 +100,8 @@ fn compared(poses: &[Option<Pose2>], scans: &RecordedScans) -> (OdometryModel, O
         return (OdometryModel::unmeasured(motions.len()), Some(note));
     }
     let model = model.bridged(poses, |frame| scans.all[frame].begins_recording);
-    let num_missing = model.steps.iter().skip(1).filter(|step| step.is_none()).count();
+    let is_missing = |frame: &usize| model.steps[*frame].is_none() && !scans.all[*frame].begins_recording;
+    let num_missing = (1..scans.all.len()).filter(is_missing).count();
     let note = (num_missing > 0).then(|| {
         let count = motions.len();
         format!("The odometry tells nothing of the way to {num_missing} of {count} scans; these are placed from the scans alone.")

@@ -1,5 +1,5 @@
-//! Measured motion and what the scans make of it: the counterparts that its noise follows from, and whether the poses in a log are
-//! the wheels' own.
+//! Measured motion and what the scans make of it: the counterparts that its noise follows from, and whether the poses in a recording
+//! are the wheels' own.
 
 use super::pairs::{COMPARED, known, register_alone, register_pair};
 use crate::geometry::quantile::MIN_SAMPLE;
@@ -12,7 +12,7 @@ use crate::odometry::planar::hypothesis::{Hypothesis, fits_as_well};
 use crate::odometry::planar::information::CERTAIN_SIGMA;
 use crate::odometry::planar::motion_noise::{Counterpart, EXPECTED_WRONG};
 use crate::odometry::planar::{MIN_RIVAL_DISTANCE, PlanarOptions, is_other_place};
-use crate::pipeline::recorded_scan::{RecordedScans, is_one_log};
+use crate::pipeline::recorded_scan::RecordedScans;
 
 /// A stretch is as many steps as it takes to go this far (m) or to turn to another place. With 0.6 m the loops of fr079 stay open with
 /// `wheels_stop`, and 11.7 % of its pairs are wrong.
@@ -97,13 +97,27 @@ pub(super) fn fits_scans(motions: &[Option<Pose2>], scans: &RecordedScans) -> bo
     compared.len() >= MIN_SAMPLE && num_fitting as f64 >= (1.0 - EXPECTED_WRONG) * compared.len() as f64
 }
 
-/// Whether the poses in a log are the wheels' own, and a note where that can be told: wheels drift, so where their path
+/// The poses of the robot in the recordings whose poses are the wheels' own, one for each scan, and what is said of each recording.
+/// Recordings are judged one by one: one log may have been corrected by a program and another not.
+pub(super) fn wheels_in_logs(scans: &RecordedScans) -> (Vec<Option<Pose2>>, Vec<String>) {
+    let recordings: Vec<_> = scans.all.chunk_by(|_, next| !next.begins_recording).collect();
+    let (mut wheels, mut notes) = (Vec::with_capacity(scans.all.len()), Vec::new());
+    for (number, recording) in recordings.iter().enumerate() {
+        let (are_wheels, note) = holds_wheels(&RecordedScans { all: recording, ..*scans });
+        wheels.extend(recording.iter().map(|scan| scan.odometry.filter(|_| are_wheels)));
+        let is_named = recordings.len() > 1;
+        notes.extend(note.map(|note| if is_named { format!("Recording {}: {note}", number + 1) } else { note }));
+    }
+    (wheels, notes)
+}
+
+/// Whether the poses in a recording are the wheels' own, and a note where that can be told: wheels drift, so where their path
 /// seems to come back to a place, the scans do not fit each other; where a program corrected the poses, they do. Of a path that
 /// comes back to too few places, poses that repeat the log's lines of odometry are the wheels'.
 #[inline(never)]
-pub(super) fn log_holds_wheels(scans: &RecordedScans) -> (bool, Option<String>) {
+fn holds_wheels(scans: &RecordedScans) -> (bool, Option<String>) {
     let poses: Option<Vec<Pose2>> = scans.all.iter().map(|scan| Some(scan.odometry? * scan.T_robot_laser)).collect();
-    let Some(poses) = poses.filter(|_| is_one_log(scans.all)) else { return (false, None) };
+    let Some(poses) = poses else { return (false, None) };
     let are_all = |origin| scans.all.iter().all(|scan| scan.odometry_origin == origin);
     if are_all(OdometryOrigin::Wheels) {
         let note = "The wheels' odometry in the log is used; odometry=none leaves it out.";
@@ -181,20 +195,44 @@ mod tests {
     use crate::pipeline::recorded_scan::RecordedScan;
     use crate::pipeline::settings::Settings;
 
-    #[test]
-    fn wheels_in_a_log_are_used_where_a_scan_was_left_out() {
-        let recorded = |index| RecordedScan {
+    fn scan(index: usize, origin: OdometryOrigin) -> RecordedScan {
+        RecordedScan {
             index,
             odometry: Some(Pose2::translation(index as f64, 0.0)),
-            odometry_origin: OdometryOrigin::Wheels,
+            odometry_origin: origin,
             ..RecordedScan::of_cloud(PointCloud::default())
-        };
+        }
+    }
+
+    /// Which scans have odometry, and the notes.
+    fn wheels(all: &[RecordedScan]) -> (Vec<bool>, Vec<String>) {
         let settings = Settings::default();
-        let are_wheels = |indices: [usize; 3]| {
-            let all = indices.map(recorded);
-            log_holds_wheels(&RecordedScans { all: &all, limit: f64::INFINITY, settings: &settings }).0
-        };
-        assert!(are_wheels([0, 1, 2]) && are_wheels([0, 1, 3]));
-        assert!(!are_wheels([0, 0, 0]), "scans of files of their own");
+        let (poses, notes) = wheels_in_logs(&RecordedScans { all, limit: f64::INFINITY, settings: &settings });
+        (poses.iter().map(Option::is_some).collect(), notes)
+    }
+
+    #[test]
+    fn wheels_in_a_log_are_used_where_a_scan_was_left_out_and_in_files_that_continue_each_other() {
+        for indices in [[0, 1, 2], [0, 1, 3], [0, 1, 0], [0, 0, 0]] {
+            let (are_used, notes) = wheels(&indices.map(|index| scan(index, OdometryOrigin::Wheels)));
+            assert!(are_used == [true; 3] && notes.len() == 1, "{indices:?}: {notes:?}");
+        }
+    }
+
+    #[test]
+    fn each_recording_is_judged_by_itself() {
+        let begins = |scan| RecordedScan { begins_recording: true, ..scan };
+        let all = [
+            scan(0, OdometryOrigin::Wheels),
+            scan(1, OdometryOrigin::Wheels),
+            begins(scan(0, OdometryOrigin::Unknown)),
+            scan(40, OdometryOrigin::Unknown),
+            begins(RecordedScan { odometry: None, ..scan(0, OdometryOrigin::Unknown) }),
+            begins(scan(0, OdometryOrigin::RepeatsWheels)),
+        ];
+        let (are_used, notes) = wheels(&all);
+        assert_eq!(are_used, [true, true, false, false, false, true]);
+        let begin = ["Recording 1: The wheels' odometry", "Recording 2: The log has poses", "Recording 4: The poses"];
+        assert!(notes.len() == 3 && begin.iter().zip(&notes).all(|(begin, note)| note.starts_with(begin)), "{notes:?}");
     }
 }

@@ -407,11 +407,12 @@ impl Reconstruction {
         self.run.as_ref().map_or_else(Vec::new, |run| run.correspondences(frame, &self.settings))
     }
 
-    /// The poses that a log holds for its scans, if that one log is all there is.
+    /// The poses that logs hold for their scans, if they are one recording: the poses of each begin in a world of its own.
     fn poses_in_logs(&self) -> Option<(String, Trajectory)> {
         let poses = self.recorded.iter().map(|scan| scan.reference.as_ref().map(in_space));
         let poses = poses.collect::<Option<Vec<Pose3>>>().filter(|poses| !poses.is_empty())?;
-        is_one_log(&self.recorded).then(|| ("the poses in the log".to_owned(), Trajectory::from_poses(&poses)))
+        let is_one_recording = !self.recorded.iter().any(|scan| scan.begins_recording);
+        is_one_recording.then(|| ("the poses in the log".to_owned(), Trajectory::from_poses(&poses)))
     }
 
     fn labels(&self) -> impl Iterator<Item = FrameLabel> {
