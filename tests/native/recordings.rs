@@ -5,6 +5,7 @@ use std::fs;
 use crate::common::shared_data;
 use scanstitch::geometry::{Pose2, RigidMotion};
 use scanstitch::io::laser_log::{self, LaserLog};
+use scanstitch::io::trajectory;
 use scanstitch::odometry::assessment::Status;
 use scanstitch::pipeline::planar::Reconstruction;
 use scanstitch::pipeline::report::{FrameResult, Stage};
@@ -62,6 +63,37 @@ fn a_second_recording_of_a_building_joins_the_first_and_one_of_another_building_
     errors.sort_by(f64::total_cmp);
     let (count, median, most) = (errors.len(), errors[errors.len() / 2], errors[errors.len() - 1]);
     assert!(count > 100 && median < 0.1 && most < 0.5, "{count} pairs, median {median} m, at most {most} m");
+}
+
+#[test]
+fn a_recording_that_shares_one_stretch_with_another_joins_it() {
+    let Some(folder) = shared_data("laser/radish") else { return };
+    let log = laser_log::read(&fs::read(folder.join("belgioioso.log")).unwrap()).unwrap();
+    // Of the first half scans 0 to 54 alone show what the second half shows.
+    let size = log.scans.len();
+    let mut reconstruction = Reconstruction::new(Settings::default()).unwrap();
+    reconstruction.add_log("first.log", &part(&log, 0..size / 2));
+    reconstruction.add_log("second.log", &part(&log, size / 2..size));
+    let odometry = trajectory::read(&fs::read(folder.join("belgioioso.odometry.txt")).unwrap()).unwrap();
+    reconstruction.set_odometry("odometry", odometry).unwrap();
+    while reconstruction.step().stage != Stage::Done {}
+    let notes = reconstruction.result().notes;
+    assert!(notes.iter().any(|note| note.starts_with("second.log joins the map")), "{notes:?}");
+    let (frames, poses) = (reconstruction.frames_from(0), reconstruction.poses());
+    let truth: Vec<Pose2> = log.scans.iter().map(|scan| scan.reference.unwrap()).collect();
+    let is_told = |first: usize, second: usize| {
+        [first, second].iter().all(|&frame| frames[frame].status == Status::Good)
+            && frames[first].piece == frames[second].piece
+            && (truth[first].inverse() * truth[second]).translation_norm() < 20.0
+    };
+    let pairs = (0..size / 2).flat_map(|first| (size / 2..size).map(move |second| (first, second)));
+    let off = |(first, second): (usize, usize)| {
+        let off = (truth[first].inverse() * truth[second]).inverse() * (poses[first].inverse() * poses[second]);
+        off.translation_norm() > 0.5 || off.rotation_angle() > 5f64.to_radians()
+    };
+    let are_wrong: Vec<bool> = pairs.filter(|&(first, second)| is_told(first, second)).map(off).collect();
+    let num_wrong = are_wrong.iter().filter(|is_wrong| **is_wrong).count();
+    assert!(are_wrong.len() > 1000 && 100 * num_wrong < are_wrong.len(), "{num_wrong} of {}", are_wrong.len());
 }
 
 #[test]

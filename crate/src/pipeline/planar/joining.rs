@@ -51,6 +51,8 @@ struct Piece {
     stretches: Vec<Vec<usize>>,
     /// Where each that was searched for is, if certain: the motion of the piece, with the middle of the stretch.
     found: Vec<Option<(Pose2, Pose2)>>,
+    /// Whether the stretches are the halves of one.
+    is_halved: bool,
 }
 
 impl Joining {
@@ -86,7 +88,10 @@ impl Joining {
         let placed = |&keyframe: &usize| (scans[graph.nodes[keyframe]].as_ref(), poses[keyframe]);
         let placed: Vec<_> = members[largest].iter().map(placed).collect();
         let map = StretchSearch::new(&OccupancyGrid::new(&placed, &[], RESOLUTION));
-        let piece = |number: usize| Piece { number, stretches: stretches(&members[number], &poses), found: Vec::new() };
+        let piece = |number: usize| {
+            let stretches = stretches(&members[number], &poses);
+            Piece { number, stretches, found: Vec::new(), is_halved: false }
+        };
         let waiting = others.into_iter().map(piece).collect();
         Some(Box::new(Self { piece_of, largest, map, waiting, num_pieces: members.len() }))
     }
@@ -104,6 +109,9 @@ impl PieceSearch for Joining {
             piece.found.push(map.certain_place(&placed).map(|motion| (motion, middle)));
             return true;
         }
+        if piece.halve_the_only_certain() {
+            return true;
+        }
         let (number, motion) = (piece.number, piece.agreed_motion());
         self.waiting.pop();
         if let Some(motion) = motion {
@@ -118,6 +126,20 @@ impl PieceSearch for Joining {
 }
 
 impl Piece {
+    /// Searches for the two halves of the only stretch that is certain, in place of all: two recordings may share just one stretch, and
+    /// its halves can bear each other out as two stretches can. Whether there was one.
+    fn halve_the_only_certain(&mut self) -> bool {
+        let certain: Vec<usize> = (0..self.found.len()).filter(|&index| self.found[index].is_some()).collect();
+        let &[only] = certain.as_slice() else { return false };
+        if self.is_halved || self.stretches.len() < NUM_CERTAIN {
+            return false;
+        }
+        let mut first = self.stretches.swap_remove(only);
+        let second = first.split_off(first.len() / 2);
+        (self.stretches, self.found, self.is_halved) = (vec![first, second], Vec::new(), true);
+        true
+    }
+
     /// The motion that the certain stretches agree about.
     fn agreed_motion(&self) -> Option<Pose2> {
         let certain: Vec<&(Pose2, Pose2)> = self.found.iter().flatten().collect();
