@@ -27,7 +27,7 @@ export class ScanstitchMapLegend extends LitElement {
   protected override render(): TemplateResult | typeof nothing {
     const { pieces, numUncertain } = this;
     if (pieces.length === 0 && numUncertain === 0) return nothing;
-    if (pieces.length === 0) return this.renderSigns();
+    if (pieces.length === 0) return html`<div class="lists">${this.renderSigns()}</div>`;
     const numPieces = pieces.reduce((sum, piece) => sum + piece.numPieces, 0);
     return html`<details ?open=${!this.compact}>
       <summary>
@@ -35,10 +35,12 @@ export class ScanstitchMapLegend extends LitElement {
           >Poses within a piece are certain. How the pieces lie relative to each other is not.</span
         >
       </summary>
-      <ul aria-label="Pieces">
-        ${pieces.map((piece) => this.renderPiece(piece))}
-      </ul>
-      ${this.renderSigns()}
+      <div class="lists">
+        <ul aria-label="Pieces">
+          ${pieces.map((piece) => this.renderPiece(piece))}
+        </ul>
+        ${this.renderSigns()}
+      </div>
     </details>`;
   }
 
@@ -95,11 +97,15 @@ export class ScanstitchMapLegend extends LitElement {
         color: var(--muted);
         font-weight: 400;
       }
-      ul {
+      /* Both in one flow: each line that is saved is the map's. */
+      .lists {
         display: flex;
         flex-wrap: wrap;
         gap: 0 10px;
         padding: 0 5px 4px;
+      }
+      ul {
+        display: contents;
       }
       li,
       button {

@@ -57,7 +57,8 @@ export abstract class RunView<
   /** Where recordings are exchanged. */
   @property({ attribute: false }) shelf: Shelf | null = null;
 
-  @state() protected selected: number | null = null;
+  /** The frame that was chosen last. */
+  @state() private chosen: number | null = null;
   /** Number of frames shown; null: all there are. */
   @state() protected until: number | null = null;
   @state() protected hovered: number | null = null;
@@ -209,20 +210,24 @@ export abstract class RunView<
     return this.session.snapshot?.result.frames.length ?? 0;
   }
 
+  /** The chosen frame, once it is there: a run that computes again begins with none. */
+  protected get selected(): number | null {
+    return this.chosen !== null && this.chosen < this.num_frames ? this.chosen : null;
+  }
+
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
     this.revertWhereUseless();
-    const { session, num_frames } = this;
+    const { session } = this;
     const isSet = this.hasUpdated && (changed.has('initialSettings') || changed.has('preset'));
     if (isSet && session.facts) session.configure(this.settingsToBegin(session.facts));
     this.resultBefore.follow(session.dataset);
     // The two are to be compared in one frame.
     if (!this.resultBefore.isThere) this.fitKey = session.generation;
-    if (this.shownGeneration !== session.generation || num_frames === 0) {
+    if (this.shownGeneration !== session.generation) {
       this.shownGeneration = session.generation;
-      this.selected = null;
+      this.chosen = null;
       this.until = null;
     }
-    if (this.selected !== null && this.selected >= num_frames) this.selected = null;
   }
 
   protected override updated(): void {
@@ -350,13 +355,13 @@ export abstract class RunView<
   }
 
   private select(frame: number | null): void {
-    this.selected = frame;
+    this.chosen = frame;
     if (frame !== null && this.until !== null && frame >= this.until) this.until = frame + 1;
   }
 
   private onUntil = ({ detail }: CustomEvent<number>): void => {
     this.until = detail >= this.num_frames ? null : detail;
-    this.selected = detail - 1;
+    this.chosen = detail - 1;
   };
 
   /** Computes again with these settings, and keeps them. */
