@@ -81,10 +81,12 @@ impl Levels {
             return None;
         }
         let step = median(pairs().map(|(a, b)| 1.0 / a - 1.0 / b).collect());
-        let trials = (STEP_ERROR / STEP_TRIAL) as i32;
-        (-trials..=trials)
-            .any(|trial| self.concentration(step * (1.0 + STEP_TRIAL * f64::from(trial))) > MIN_PHASE_CONCENTRATION)
-            .then_some(step)
+        let num_trials = (STEP_ERROR / STEP_TRIAL) as i32;
+        let is_step = |trial: i32| {
+            self.concentration(step * (1.0 + STEP_TRIAL * f64::from(trial))) > MIN_PHASE_CONCENTRATION
+        };
+        // The likeliest first.
+        (0..=num_trials).any(|trial| is_step(trial) || is_step(-trial)).then_some(step)
     }
 
     /// Length of the mean of the phases of 1 / value in this step: 1 where all are multiples of it but for an offset.

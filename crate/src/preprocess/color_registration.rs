@@ -153,15 +153,17 @@ fn bounded_slope(before: u16, after: u16) -> u32 {
 /// The search for the pixels of a row or column at which the depth steps.
 #[derive(Clone, Copy, Default)]
 struct Outlines {
-    /// Index and raw value of the last pixel with depth; 0 before there is one.
+    /// Index and raw value of the last pixel with depth, 0 before there is one, ...
     last: (usize, u16),
+    /// ... and its depth (m).
+    depth: f64,
 }
 
 impl Outlines {
     /// Takes the next pixel: whether there is a step between the last one with depth and this one. Returns the nearer of the two.
     #[inline]
     fn at(&mut self, place: usize, value: u16, model: &DepthModel) -> Option<usize> {
-        let (before, known) = self.last;
+        let ((before, known), known_depth) = (self.last, self.depth);
         if value == 0 {
             return None;
         } else if value == known {
@@ -169,11 +171,11 @@ impl Outlines {
             return None;
         }
         let depth = model.depth(value)?;
-        self.last = (place, value);
-        let known = model.depth(known)?;
-        let is_outline =
-            place - before <= MAX_OUTLINE_GAP && (depth - known).abs() > MIN_OUTLINE_STEP * depth.max(known);
-        is_outline.then_some(if depth < known { place } else { before })
+        *self = Self { last: (place, value), depth };
+        let is_outline = known > 0
+            && place - before <= MAX_OUTLINE_GAP
+            && (depth - known_depth).abs() > MIN_OUTLINE_STEP * depth.max(known_depth);
+        is_outline.then_some(if depth < known_depth { place } else { before })
     }
 }
 

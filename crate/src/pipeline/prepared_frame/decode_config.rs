@@ -192,7 +192,8 @@ impl DepthDecodeConfig {
     /// What tells a frame of another camera: one camera's disparity steps agree from image to image within 0.3 % (five
     /// recordings of Kinects and a RealSense).
     pub(super) fn other_camera(&self, image: &DepthImage) -> Option<String> {
-        let factor = disparity_step(image)? / self.disparity_step?;
+        let of_first = self.disparity_step?;
+        let factor = disparity_step(image)? / of_first;
         (factor.ln().abs() > OTHER_CAMERA_FACTOR.ln()).then(|| {
             format!(
                 "the spacing of its raw values is {factor:.2} times that of the first frame: it seems to be of another \
