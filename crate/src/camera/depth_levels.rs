@@ -82,9 +82,8 @@ impl Levels {
         }
         let step = median(pairs().map(|(a, b)| 1.0 / a - 1.0 / b).collect());
         let num_trials = (STEP_ERROR / STEP_TRIAL) as i32;
-        let is_step = |trial: i32| {
-            self.concentration(step * (1.0 + STEP_TRIAL * f64::from(trial))) > MIN_PHASE_CONCENTRATION
-        };
+        let is_step =
+            |trial: i32| self.concentration(step * (1.0 + STEP_TRIAL * f64::from(trial))) > MIN_PHASE_CONCENTRATION;
         // The likeliest first.
         (0..=num_trials).any(|trial| is_step(trial) || is_step(-trial)).then_some(step)
     }

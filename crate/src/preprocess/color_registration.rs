@@ -139,7 +139,8 @@ impl SlopeSums {
         let mean = |first: usize, last: usize| {
             f64::from(before(last + 1) - before(first)) * SLOPE_UNIT / (last + 1 - first) as f64
         };
-        let beside = mean(pixel - FARTHEST_OTHER, pixel - NEAREST_OTHER) + mean(pixel + NEAREST_OTHER, pixel + FARTHEST_OTHER);
+        let beside =
+            mean(pixel - FARTHEST_OTHER, pixel - NEAREST_OTHER) + mean(pixel + NEAREST_OTHER, pixel + FARTHEST_OTHER);
         Some([mean(pixel - SAME_EDGE, pixel + SAME_EDGE), 0.5 * beside])
     }
 }
