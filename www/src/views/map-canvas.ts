@@ -17,6 +17,7 @@ import {
   paintScaleBar,
 } from './map-painter.js';
 import { paintTrajectory } from './path-painter.js';
+import { memoizeLast } from './memoize-last.js';
 import { type OccupancyPicture, paintOccupancy } from './occupancy.js';
 import { packColor, type Rgb } from './palette.js';
 import { paintPoints, pointDiameter, type PointSet } from './point-layer.js';
@@ -47,8 +48,9 @@ export class MapCanvas {
   #size: Size = { width: 0, height: 0 };
   #pixelRatio = 1;
   #layer = document.createElement('canvas');
-  /** The path, for the same view. */
+  /** The path, for the same view, once the layer is moved. */
   #path = document.createElement('canvas');
+  #isPathStale = true;
   #layerImage: ImageData | null = null;
   #layerView: Viewport | null = null;
   #isLayerStale = true;
@@ -56,6 +58,7 @@ export class MapCanvas {
   #stride = 1;
   /** ... and so long all would take. */
   #layerMs = 0;
+  #packed = memoizeLast((colors: readonly Rgb[]) => Uint32Array.from(colors, (color) => packColor(color)));
 
   constructor(canvas: HTMLCanvasElement = document.createElement('canvas')) {
     this.canvas = canvas;
@@ -119,7 +122,7 @@ export class MapCanvas {
     const pixels = new Uint32Array(this.#layerImage.data.buffer);
     pixels.fill(0);
     const diameter = pointDiameter(points.points.length / 2, this.#size) * this.#pixelRatio;
-    const colors = Uint32Array.from(frameColors, (color) => packColor(color));
+    const colors = this.#packed(frameColors);
     const device = { width, height };
     if (before) {
       const numBefore = before.points.offsets.length - 1;
@@ -134,8 +137,10 @@ export class MapCanvas {
     for (const frame of only ?? []) if (frame < until) paint(frame, frame + 1, diameter, stride);
     const { selected } = marks;
     if (selected !== null && selected < marks.until) {
+      const own = colors[selected] as number;
       colors[selected] = packColor((dark ? DARK_MAP : LIGHT_MAP).selected);
       paint(selected, selected + 1, Math.max(diameter * 1.25, diameter + this.#pixelRatio), 1);
+      colors[selected] = own;
     }
     context2d(this.#layer).putImageData(this.#layerImage, 0, 0);
     this.#layerView = view;
@@ -173,13 +178,15 @@ export class MapCanvas {
     if (layers.reference && !only) paintReference(ctx, size, view, marks, theme);
     if (marks.pairs) selectedMarks?.paintPairs(ctx, size, view, marks.pairs, theme);
     if (layers.path) {
-      if (!isMoved) {
+      if (isMoved && this.#isPathStale) {
         const path = context2d(this.#path);
         path.setTransform(ctx.getTransform());
         path.clearRect(0, 0, size.width, size.height);
-        paintTrajectory(path, size, view, marks, colors, theme, only);
+        paintTrajectory(path, size, shown, marks, colors, theme, only);
       }
-      drawKept(this.#path);
+      if (isMoved) drawKept(this.#path);
+      else paintTrajectory(ctx, size, view, marks, colors, theme, only);
+      this.#isPathStale = !isMoved;
     }
     const selected = marks.selected === null ? undefined : marks.poses[marks.selected];
     if (selected && marks.undetermined)
