@@ -33,7 +33,7 @@ pub(crate) const NUM_LEVELS: usize = 3;
 /// Side of the squares of image pixels that are averaged to a pixel of the finest level.
 const FINEST_BINNING: usize = 2;
 /// Resolution of the stored brightness (grey levels).
-const GREY_UNIT: f64 = 1.0 / 256.0;
+pub(crate) const GREY_UNIT: f64 = 1.0 / 256.0;
 
 impl Brightness {
     /// From a colour image: the mean of the three channels.

@@ -31,8 +31,8 @@ pub(super) struct Levels {
     pub far: f64,
     /// Share of pixels without depth.
     pub holes: f64,
-    /// The largest number that all values are multiples of; 1 where they are too few to tell.
-    pub common_divisor: u16,
+    /// Number of pixels of each raw value.
+    counts: Vec<usize>,
 }
 
 impl Levels {
@@ -56,8 +56,22 @@ impl Levels {
         let values: Vec<(f64, f64)> =
             (low..=high).filter(is_there).map(|value| (value as f64, counts[value] as f64)).collect();
         let holes = 1.0 - measured as f64 / image.values.len().max(1) as f64;
-        let common_divisor = if values.len() > MIN_LEVELS { common_divisor(&counts) } else { 1 };
-        Self { values, median: low as f64, far: high as f64, holes, common_divisor }
+        Self { values, median: low as f64, far: high as f64, holes, counts }
+    }
+
+    /// The largest number that all values that occur are multiples of, the largest of all aside; 1 where they are too few to tell.
+    pub fn common_divisor(&self) -> u16 {
+        if self.values.len() <= MIN_LEVELS {
+            return 1;
+        }
+        let divisor_of = |mut a: usize, mut b: usize| {
+            while b != 0 {
+                (a, b) = (b, a % b);
+            }
+            a
+        };
+        let occurring = (1..self.counts.len() - 1).filter(|&value| self.counts[value] > 0);
+        u16::try_from(occurring.fold(0, divisor_of).max(1)).unwrap_or(1)
     }
 
     /// The even spacing of 1 / value, in 1 / raw; none where the levels are not spaced so.
@@ -67,10 +81,11 @@ impl Levels {
             return None;
         }
         let step = median(pairs().map(|(a, b)| 1.0 / a - 1.0 / b).collect());
-        let trials = (STEP_ERROR / STEP_TRIAL) as i32;
-        (-trials..=trials)
-            .any(|trial| self.concentration(step * (1.0 + STEP_TRIAL * f64::from(trial))) > MIN_PHASE_CONCENTRATION)
-            .then_some(step)
+        let num_trials = (STEP_ERROR / STEP_TRIAL) as i32;
+        let is_step =
+            |trial: i32| self.concentration(step * (1.0 + STEP_TRIAL * f64::from(trial))) > MIN_PHASE_CONCENTRATION;
+        // The likeliest first.
+        (0..=num_trials).any(|trial| is_step(trial) || is_step(-trial)).then_some(step)
     }
 
     /// Length of the mean of the phases of 1 / value in this step: 1 where all are multiples of it but for an offset.
@@ -82,18 +97,6 @@ impl Levels {
         }
         f64::hypot(cosines, sines) / all
     }
-}
-
-/// The largest number that all values that occur are multiples of, the largest of all aside.
-fn common_divisor(counts: &[usize]) -> u16 {
-    let divisor_of = |mut a: usize, mut b: usize| {
-        while b != 0 {
-            (a, b) = (b, a % b);
-        }
-        a
-    };
-    let found = (1..counts.len() - 1).filter(|&value| counts[value] > 0).fold(0, divisor_of);
-    u16::try_from(found.max(1)).unwrap_or(1)
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

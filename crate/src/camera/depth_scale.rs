@@ -187,7 +187,7 @@ fn trimmed(number: &str) -> String {
 impl Candidate {
     /// How well an image fits this way to store depth; `step` is that of its inverse raw values, if they are evenly spaced.
     fn likelihood(&self, image: &DepthImage, levels: &Levels, step: Option<f64>) -> f64 {
-        let of_multiples = if self.are_usual_multiples(levels.common_divisor) { 1.0 } else { UNUSUAL_MULTIPLES };
+        let of_multiples = if self.are_usual_multiples(levels.common_divisor()) { 1.0 } else { UNUSUAL_MULTIPLES };
         of_multiples * self.likelihood_of_spacing(image, levels, step)
     }
 

@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::camera::brightness::GREY_UNIT;
 use crate::camera::{Brightness, DepthImage};
 use crate::preprocess::depth_surfels::DepthModel;
 
@@ -13,13 +14,15 @@ const MIN_OUTLINE_STEP: f64 = 0.1;
 /// Most pixels without depth between the two sides of an outline: the part that is occluded for one lens.
 const MAX_OUTLINE_GAP: usize = 24;
 /// Largest distance from an outline at which an edge belongs to it (pixels of the finest brightness, which are two of the image).
-const SAME_EDGE: isize = 1;
+const SAME_EDGE: usize = 1;
 /// Smallest distance from an outline at which an edge lies beside it (pixels of the finest brightness).
-const NEAREST_OTHER: isize = 5;
+const NEAREST_OTHER: usize = 5;
 /// Largest distance from an outline at which edges beside it are compared with it (pixels of the finest brightness).
-const FARTHEST_OTHER: isize = 24;
-/// Bound of the slope of the brightness (grey levels per pixel), so that single edges do not outweigh the others.
-const MAX_BRIGHTNESS_SLOPE: f64 = 15.0;
+const FARTHEST_OTHER: usize = 24;
+/// A slope (grey levels a pixel) is half of the difference of the two pixels beside one.
+const SLOPE_UNIT: f64 = 0.5 * GREY_UNIT;
+/// Bound of the slope of the brightness, 15 grey levels a pixel, so that single edges do not outweigh the others.
+const MAX_SLOPE: u32 = (15.0 / SLOPE_UNIT) as u32;
 /// Fewest outline pixels for a decision.
 const MIN_OUTLINES: u64 = 300;
 /// Smallest ratio of the slope on outlines to that beside them. Along the axis where it is smaller, it is 2.2 to 7 where colours are
@@ -41,6 +44,7 @@ impl OutlineContrast {
     /// Of one frame.
     pub fn new(image: &DepthImage, usable: &[bool], model: &DepthModel, brightness: &Brightness) -> Self {
         let (mut along_rows, mut along_columns) = (Vec::new(), Vec::new());
+        let (in_rows, in_columns) = (SlopeSums::along_rows(brightness), SlopeSums::along_columns(brightness));
         // All lines at once, for memory lies row by row.
         let mut columns = vec![Outlines::default(); image.width.div_ceil(2)];
         let lines = image.values.chunks_exact(image.width.max(1)).zip(usable.chunks_exact(image.width.max(1)));
@@ -48,15 +52,13 @@ impl OutlineContrast {
             let measured = |column: usize| if usable[column] { values[column] } else { 0 };
             for column in (1..image.width).step_by(2) {
                 if let Some(row) = columns[column / 2].at(row, measured(column), model) {
-                    let slope = |row: usize| Some(brightness.gradient(0, column / 2, row)?[1]);
-                    along_columns.extend(slopes(row, slope));
+                    along_columns.extend(in_columns.at_outline(column / 2, row / 2));
                 }
             }
             if row % 2 == 1 {
                 let mut line = Outlines::default();
-                let slope = |column: usize| Some(brightness.gradient(0, column, row / 2)?[0]);
                 let found = (0..image.width).filter_map(|column| line.at(column, measured(column), model));
-                along_rows.extend(found.filter_map(|column| slopes(column, slope)));
+                along_rows.extend(found.filter_map(|column| in_rows.at_outline(row / 2, column / 2)));
             }
         }
         let axes = [along_rows, along_columns];
@@ -87,30 +89,82 @@ impl std::ops::AddAssign for OutlineContrast {
     }
 }
 
-/// Mean slopes on and beside an outline at index `place` of a row or column; `None` where the image ends. `slope` is that of the
-/// brightness, in its own pixels.
-fn slopes(place: usize, slope: impl Fn(usize) -> Option<f64>) -> Option<[f64; 2]> {
-    let mean = |off: std::ops::RangeInclusive<isize>| {
-        let slopes =
-            off.clone().map(|off| Some(slope((place / 2).checked_add_signed(off)?)?.abs().min(MAX_BRIGHTNESS_SLOPE)));
-        Some(slopes.sum::<Option<f64>>()? / off.count() as f64)
-    };
-    let beside = mean(-FARTHEST_OTHER..=-NEAREST_OTHER)? + mean(NEAREST_OTHER..=FARTHEST_OTHER)?;
-    Some([mean(-SAME_EDGE..=SAME_EDGE)?, 0.5 * beside])
+/// Slopes of the finest brightness along its rows or columns, added up from the border on: the sum over any stretch of a line is a
+/// difference of two.
+struct SlopeSums {
+    /// For each pixel the sum over those before it in its line, in [`SLOPE_UNIT`]s.
+    sums: Vec<u32>,
+    /// Lines, and pixels in each.
+    size: [usize; 2],
+    /// From a line to the next, and from a pixel to the next.
+    strides: [usize; 2],
+}
+
+impl SlopeSums {
+    fn along_rows(brightness: &Brightness) -> Self {
+        let [(width, height, values), ..] = brightness.levels();
+        let mut sums = vec![0; width * height];
+        for (sums, values) in sums.chunks_exact_mut(width.max(1)).zip(values.chunks_exact(width.max(1))) {
+            let mut sum = 0;
+            for (next, pair) in sums.iter_mut().skip(2).zip(values.windows(3)) {
+                sum += bounded_slope(pair[0], pair[2]);
+                *next = sum;
+            }
+        }
+        Self { sums, size: [height, width], strides: [width, 1] }
+    }
+
+    fn along_columns(brightness: &Brightness) -> Self {
+        let [(width, height, values), ..] = brightness.levels();
+        let mut sums = vec![0; width * height];
+        for row in 2..height {
+            let (before, sums) = sums[(row - 1) * width..(row + 1) * width].split_at_mut(width);
+            let (above, below) = (&values[(row - 2) * width..][..width], &values[row * width..][..width]);
+            for ((next, sum), (&above, &below)) in sums.iter_mut().zip(before).zip(above.iter().zip(below)) {
+                *next = *sum + bounded_slope(above, below);
+            }
+        }
+        Self { sums, size: [width, height], strides: [1, width] }
+    }
+
+    /// Mean slopes (grey levels a pixel) on and beside an outline at a pixel of a line; `None` where the image ends.
+    fn at_outline(&self, line: usize, pixel: usize) -> Option<[f64; 2]> {
+        let [num_lines, num_pixels] = self.size;
+        let is_inside = (1..num_lines.saturating_sub(1)).contains(&line)
+            && (FARTHEST_OTHER + 1..num_pixels.saturating_sub(FARTHEST_OTHER + 1)).contains(&pixel);
+        if !is_inside {
+            return None;
+        }
+        let before = |pixel: usize| self.sums[line * self.strides[0] + pixel * self.strides[1]];
+        let mean = |first: usize, last: usize| {
+            f64::from(before(last + 1) - before(first)) * SLOPE_UNIT / (last + 1 - first) as f64
+        };
+        let beside =
+            mean(pixel - FARTHEST_OTHER, pixel - NEAREST_OTHER) + mean(pixel + NEAREST_OTHER, pixel + FARTHEST_OTHER);
+        Some([mean(pixel - SAME_EDGE, pixel + SAME_EDGE), 0.5 * beside])
+    }
+}
+
+/// The slope of the brightness at a pixel between these two (in [`SLOPE_UNIT`]s), bounded.
+#[inline]
+fn bounded_slope(before: u16, after: u16) -> u32 {
+    u32::from(before.abs_diff(after)).min(MAX_SLOPE)
 }
 
 /// The search for the pixels of a row or column at which the depth steps.
 #[derive(Clone, Copy, Default)]
 struct Outlines {
-    /// Index and raw value of the last pixel with depth; 0 before there is one.
+    /// Index and raw value of the last pixel with depth, 0 before there is one, ...
     last: (usize, u16),
+    /// ... and its depth (m).
+    depth: f64,
 }
 
 impl Outlines {
     /// Takes the next pixel: whether there is a step between the last one with depth and this one. Returns the nearer of the two.
     #[inline]
     fn at(&mut self, place: usize, value: u16, model: &DepthModel) -> Option<usize> {
-        let (before, known) = self.last;
+        let ((before, known), known_depth) = (self.last, self.depth);
         if value == 0 {
             return None;
         } else if value == known {
@@ -118,11 +172,11 @@ impl Outlines {
             return None;
         }
         let depth = model.depth(value)?;
-        self.last = (place, value);
-        let known = model.depth(known)?;
-        let is_outline =
-            place - before <= MAX_OUTLINE_GAP && (depth - known).abs() > MIN_OUTLINE_STEP * depth.max(known);
-        is_outline.then_some(if depth < known { place } else { before })
+        *self = Self { last: (place, value), depth };
+        let is_outline = known > 0
+            && place - before <= MAX_OUTLINE_GAP
+            && (depth - known_depth).abs() > MIN_OUTLINE_STEP * depth.max(known_depth);
+        is_outline.then_some(if depth < known_depth { place } else { before })
     }
 }
 

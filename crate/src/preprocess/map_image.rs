@@ -186,14 +186,15 @@ struct DepthTable {
 
 impl DepthTable {
     fn new(image: &DepthImage, model: &DepthModel) -> Self {
-        let largest = image.largest();
-        let depths = (0..=largest).map(|value| model.depth(value).unwrap_or(0.0)).collect();
+        // Some cameras mark what they do not measure by the largest value.
+        let last_in_range = (model.max_range / model.step).min(f64::from(image.largest())) as u16;
+        let depths = (0..=last_in_range.saturating_add(1)).map(|value| model.depth(value).unwrap_or(0.0)).collect();
         Self { depths, offset: model.offset }
     }
 
     #[inline]
     fn of(&self, value: u16) -> f64 {
-        self.depths[usize::from(value)]
+        self.depths.get(usize::from(value)).copied().unwrap_or(0.0)
     }
 
     /// Whether a pixel is the mean of what lies left and right of it, or above and below, and near to neither.

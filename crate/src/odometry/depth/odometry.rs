@@ -23,7 +23,7 @@ const MIN_SURFELS: usize = 200;
 pub struct DepthOdometry {
     /// As given; colours are left out from the frame on that shows that they do not belong to the depth's pixels.
     options: DepthOptions,
-    /// Whether the colours belong to the depth's pixels, as all frames so far tell.
+    /// Whether the colours belong to the depth's pixels, as all frames tell until they are found not to.
     outline_contrast: OutlineContrast,
     /// Frames registered so far; also the number of the next one.
     num_frames: u32,
@@ -146,6 +146,10 @@ impl DepthOdometry {
 
     /// Leaves colours out once they turn out not to belong to the depth's pixels.
     fn check_colors(&mut self, frame: &PreparedSurfels) {
+        if self.has_misaligned_colors() {
+            // Frames after the decision have been prepared without colours, or ahead of it with them.
+            return;
+        }
         self.outline_contrast += frame.outline_contrast;
         if self.has_misaligned_colors() {
             self.options.color = ColorUse::NotUsed;

@@ -14,7 +14,7 @@ use crate::io::intrinsics::Intrinsics;
 use crate::io::point_cloud;
 use crate::odometry::cloud::CloudOptions;
 use crate::pipeline::assumptions::{Assumption, assumptions, contradiction, wrong_scale};
-use crate::pipeline::spatial_settings::{Method, Quantisation, SpatialSettings, set_or};
+use crate::pipeline::spatial_settings::{ColorUse, Method, Quantisation, SpatialSettings, set_or};
 use crate::preprocess::depth_noise::estimate_depth_noise;
 use crate::preprocess::depth_surfels::DepthModel;
 use crate::preprocess::wrap_around::usable_pixels;
@@ -24,6 +24,8 @@ use crate::preprocess::wrap_around::usable_pixels;
 pub struct DecodeConfig {
     /// The settings, with nothing left open that preparing needs.
     pub settings: SpatialSettings,
+    /// Whether colours take part in the registration: as set, until they turn out not to belong to the depth's pixels.
+    pub registers_colors: bool,
     /// How depth images are to be read; none where the frames are clouds.
     pub depth: Option<DepthDecodeConfig>,
     /// How clouds are to be read; none where the frames are depth images.
@@ -75,7 +77,8 @@ impl DecodeConfig {
             let (cloud, size) = CloudReading::new(settings, &points, first);
             refuse_degrees(&points).map_err(|error| error.in_file(name))?;
             refuse_rounded(&points, size / cloud.unit).map_err(|error| error.in_file(name))?;
-            return Ok(Self { settings: settings.for_clouds(size), depth: None, cloud: Some(cloud) });
+            let settings = settings.for_clouds(size);
+            return Ok(Self { settings, registers_colors: false, depth: None, cloud: Some(cloud) });
         }
         let first = read_depth(name, first)?;
         let settings = settings.for_depth();
@@ -105,7 +108,8 @@ impl DecodeConfig {
             quantisations,
             decided: None,
         };
-        let config = Self { settings, depth: None, cloud: None };
+        let registers_colors = settings.color != ColorUse::NotUsed;
+        let config = Self { settings, registers_colors, depth: None, cloud: None };
         if depth.bits > 8 {
             let model = config.depth_model(&depth, Quantisation::Rounded);
             depth.square_noise = estimate_depth_noise(&first, &usable_pixels(&first), &depth.camera, &model);
@@ -188,7 +192,8 @@ impl DepthDecodeConfig {
     /// What tells a frame of another camera: one camera's disparity steps agree from image to image within 0.3 % (five
     /// recordings of Kinects and a RealSense).
     pub(super) fn other_camera(&self, image: &DepthImage) -> Option<String> {
-        let factor = disparity_step(image)? / self.disparity_step?;
+        let of_first = self.disparity_step?;
+        let factor = disparity_step(image)? / of_first;
         (factor.ln().abs() > OTHER_CAMERA_FACTOR.ln()).then(|| {
             format!(
                 "the spacing of its raw values is {factor:.2} times that of the first frame: it seems to be of another \

@@ -11,7 +11,7 @@ use crate::camera::{Brightness, SurfelImage};
 use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
 use crate::odometry::cloud::{CloudOptions, PreparedCloud};
-use crate::pipeline::spatial_settings::{ColorUse, Method, Quantisation};
+use crate::pipeline::spatial_settings::{Method, Quantisation};
 use crate::preprocess::color_registration::OutlineContrast;
 use crate::preprocess::depth_cloud::depth_cloud;
 use crate::preprocess::depth_surfels::{DepthModel, depth_surfels};
@@ -161,8 +161,8 @@ impl PreparedFrame {
             colors_of(color, &label.name, &image).map_err(note_left_out).ok()
         });
         let usable = usable_pixels(&image);
-        let is_used = decode_config.settings.color != ColorUse::NotUsed;
-        let brightness = colors.as_ref().filter(|_| is_used).map(|colors| Arc::new(Brightness::new(colors)));
+        let registered_colors = colors.as_ref().filter(|_| decode_config.registers_colors);
+        let brightness = registered_colors.map(|colors| Arc::new(Brightness::new(colors)));
         let surfels = |&quantisation: &Quantisation| {
             let surfels = depth_surfels(&image, &usable, camera, &decode_config.depth_model(depth, quantisation));
             (quantisation, SurfelImage { brightness: brightness.clone(), ..surfels })

@@ -107,7 +107,7 @@ impl SpatialReconstruction {
     }
 
     /// The configuration for preparing frames, after [`begin`](Self::begin). It asks for less work once the data have decided how
-    /// depth was quantised; frames prepared with an earlier one stay valid.
+    /// depth was quantised, or that the colours do not belong to its pixels; frames prepared with an earlier one stay valid.
     pub fn decode_config(&self) -> Option<&DecodeConfig> {
         self.decode_config.as_ref()
     }
@@ -164,9 +164,12 @@ impl SpatialReconstruction {
     fn store(&mut self, frame: PreparedFrame, decided: Option<Quantisation>) -> Progress {
         self.history.record(&self.poses());
         self.range_use.record(frame.fills_range);
-        // What is prepared from now on need not keep another reading open.
-        if let Some(depth) = self.decode_config.as_mut().and_then(|config| config.depth.as_mut()) {
-            depth.decided = depth.decided.or(decided);
+        // What is prepared from now on need not keep another reading open, nor colours that are left out.
+        if let Some(config) = &mut self.decode_config {
+            config.registers_colors &= !self.hypotheses.have_misaligned_colors();
+            if let Some(depth) = &mut config.depth {
+                depth.decided = depth.decided.or(decided);
+            }
         }
         let mut is_map_stale = self.frames.push(Frame::new(frame.label, frame.map_points));
         for (number, velocity) in self.hypotheses.take_velocities() {
