@@ -172,7 +172,8 @@ function ofNames(lines: readonly string[]): string | null {
       time.unit,
     );
   const inOtherUnit = axes.some((axis) => axis !== undefined && perMetre(axis.unit) !== 1);
-  if (!(isGlobal || isTurned || isFlat || inOtherUnit || times?.isConverted || haveDecimalCommas(lines.slice(1)))) return null;
+  if (!(isGlobal || isTurned || isFlat || inOtherUnit || times?.isConverted || haveDecimalCommas(lines.slice(1))))
+    return null;
   if (!isGlobal && (!axes[0] || !axes[1])) return null;
   const positions = isGlobal
     ? onTangentPlane(globe.map(numbers))
