@@ -29,6 +29,8 @@ const LAYERS = {
     ['engine'],
     ['datasets', 'export', 'views'],
     ['components'],
+    ['drawing'],
+    ['run'],
     ['planar', 'spatial', 'lab', 'bev', 'evaluate', 'strategies', 'localize'],
     ['live'],
     ['app'],

@@ -5,9 +5,12 @@ test('a changed setting computes again, in degrees and within its range, and is 
   app,
   page,
 }) => {
+  await app.row('9.ply').getByRole('button').click();
   await app.setting('Strategy').selectOption('scan_to_scan');
   expect((await app.stitched()).result.settings.strategy).toBe('scan_to_scan');
   await expect(app.setting('Preset')).toHaveValue('');
+  // The map grew again, at first without that scan.
+  await expect(app.row('9.ply').getByRole('button')).toHaveAttribute('aria-pressed', 'true');
   // The result before stays beside the new one: its figures, and on the map, until it is dismissed.
   const compared = page.getByRole('region', { name: 'Before and after' });
   await expect(compared).toContainText('Strategy: Joint → Scan to scan');

@@ -4,31 +4,24 @@ import './planar/planar-view.js';
 import { viewsBeside } from './app/beside.js';
 import { isRun, isViewName, Navigation, type SourceView, type ViewName, VIEWS } from './app/navigation.js';
 import { Workspace } from './app/workspace.js';
-import { appHeader } from './components/app-header.js';
-import { type Controls, CONTROLS } from './components/controls.js';
-import { changedFolds, type FoldChange, NONE_OPEN, rememberedFolds, rememberFolds } from './components/folds.js';
-import { appStyles } from './components/app-styles.js';
-import { activityStyles } from './components/run-styles.js';
-import { Appearance } from './components/appearance.js';
+import { appHeader } from './app/app-header.js';
+import { type Controls, CONTROLS } from './run/controls.js';
+import { changedFolds, type FoldChange, NONE_OPEN, rememberedFolds, rememberFolds } from './run/folds.js';
+import { appStyles } from './app/app-styles.js';
+import { activityStyles } from './run/run-styles.js';
+import { Appearance } from './app/appearance.js';
 import { DropTarget } from './components/drop-target.js';
-import { Handover } from './components/handover.js';
-import { HostApi } from './components/host-api.js';
-import {
-  accessorsOf,
-  isNothing,
-  keepFormerNames,
-  onOrOff,
-  text,
-  asTextOrSwitch,
-} from './components/host-attributes.js';
+import { Handover } from './app/handover.js';
+import { HostApi } from './app/host-api.js';
+import { accessorsOf, isNothing, keepFormerNames, onOrOff, text, asTextOrSwitch } from './app/host-attributes.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from './components/host-events.js';
-import { openItems } from './components/open-menu.js';
-import { PageParts } from './components/page-parts.js';
-import { NO_FACTS } from './components/run-kind.js';
-import { activityBox } from './components/run-parts.js';
+import { openItems } from './app/open-menu.js';
+import { PageParts } from './app/page-parts.js';
+import { NO_FACTS } from './run/run-kind.js';
+import { activityBox } from './run/run-parts.js';
 import { dropStyles, shared, tokens } from './components/theme.js';
 import type { Run, Tool } from './components/tools.js';
-import type { Wishes } from './components/topics-panel.js';
+import type { Wishes } from './app/topics-panel.js';
 import { filesOfDrop, filesOfInput, mayBeDepthImages, mayHoldMap, type NamedFile } from './datasets/gather.js';
 import type { Note } from './datasets/note.js';
 import { fetchSample } from './datasets/remote.js';

@@ -1,6 +1,6 @@
 /** The views beside the map. Those that were opened stay, and all but one are hidden. */
 import { html, nothing, type TemplateResult } from 'lit';
-import type { Handover } from '../components/handover.js';
+import type { Handover } from './handover.js';
 import type { View } from '../components/tools.js';
 
 interface Shown {

@@ -1,9 +1,9 @@
 /** Which view is shown: the map of a run, or a view beside it. A view that was shown once stays, hidden, with all it holds. */
 import type { ReactiveControllerHost } from 'lit';
-import type { Handover } from '../components/handover.js';
-import type { PageParts } from '../components/page-parts.js';
+import type { Handover } from './handover.js';
+import type { PageParts } from './page-parts.js';
 import type { Run, Tool, View } from '../components/tools.js';
-import { ViewHistory } from '../components/view-history.js';
+import { ViewHistory } from './view-history.js';
 import type { NamedFile } from '../datasets/gather.js';
 import type { Note } from '../datasets/note.js';
 import { LastRequest } from '../engine/last-request.js';

@@ -6,10 +6,10 @@ import type { ReactiveControllerHost } from 'lit';
 import type { ListedBag, OpenedRecording, OpenProgress } from '../../../package/recording_reader.js';
 import { tellHost } from '../components/host-events.js';
 import type { Message } from '../components/messages.js';
-import type { Former, Shelf } from '../components/run-kind.js';
+import type { Former, Shelf } from '../run/run-kind.js';
 import type { RunSession } from '../components/session.js';
 import type { Run } from '../components/tools.js';
-import type { BagState, Wishes } from '../components/topics-panel.js';
+import type { BagState, Wishes } from './topics-panel.js';
 import type { Opened } from '../datasets/dataset.js';
 import type { NamedFile } from '../datasets/gather.js';
 import type { GivenSet } from '../datasets/given.js';
@@ -266,7 +266,7 @@ export class Workspace implements Shelf {
     let listed: ListedBag | null = null;
     return (progress) => {
       if (signal.aborted) return;
-      void import('../components/topics-panel.js');
+      void import('./topics-panel.js');
       if (progress.stage === 'topics') listed = progress.bags[0] ?? null;
       else if (performance.now() < nextAt) return;
       else nextAt = performance.now() + PROGRESS_INTERVAL_MS;

@@ -5,7 +5,7 @@ import { DropTarget } from '../components/drop-target.js';
 import { tellHost } from '../components/host-events.js';
 import { icon } from '../components/icons.js';
 import { retryButton } from '../components/messages.js';
-import type { GivenFiles } from '../components/run-kind.js';
+import type { GivenFiles } from '../run/run-kind.js';
 import { dropStyles, emptyStyles, shared, tokens } from '../components/theme.js';
 import { pageStyles } from '../components/panel-theme.js';
 import type { Note } from '../datasets/note.js';

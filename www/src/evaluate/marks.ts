@@ -1,5 +1,5 @@
 /** What marks one instant in all figures: a line at it, and a dot for each estimate. */
-import type { Mark, Marker } from '../components/figure-view.js';
+import type { Mark, Marker } from '../drawing/figure-view.js';
 import { plotArea, type Size } from '../views/figures.js';
 import type { Projection } from './paths.js';
 import { poseAtInstant, type Scene } from './scene.js';

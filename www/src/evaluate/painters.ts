@@ -1,7 +1,7 @@
 /** How each figure is drawn, from the scene alone: the same on the screen, in PNG and in SVG. */
 import { type Axis, linearAxis, type Range, rangeOf, WHOLE } from '../views/axes.js';
 import { RAMP_STEPS } from '../views/figure-colors.js';
-import type { Painter } from '../components/figure-view.js';
+import type { Painter } from '../drawing/figure-view.js';
 import { drawHistogram, drawSeries, type Series, type Size } from '../views/figures.js';
 import { type Camera, drawKey, drawPaths, type Projection, type ShownPath } from './paths.js';
 import type { Pen } from '../views/pen.js';

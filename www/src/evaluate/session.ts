@@ -1,6 +1,6 @@
 /** What the evaluation works on: trajectories, maps, options, and what the engine found of them. */
 import { errorMessage, noteMessage, Session } from '../components/session.js';
-import type { GivenFiles } from '../components/run-kind.js';
+import type { GivenFiles } from '../run/run-kind.js';
 import type { Note } from '../datasets/note.js';
 import type { NamedFile } from '../datasets/gather.js';
 import { messageOf } from '../engine/message-of.js';

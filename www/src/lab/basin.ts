@@ -1,5 +1,5 @@
 /** Starts coloured by where they end, as a figure. */
-import type { Painter } from '../components/figure-view.js';
+import type { Painter } from '../drawing/figure-view.js';
 import type { Colors } from '../views/axes.js';
 import { formatLength } from '../views/format.js';
 import { formatAngle } from '../views/pose-format.js';

@@ -2,7 +2,7 @@
  * The page's side of the lab's workers: one that steps, so that it always answers at once, and two that work through the
  * rows of a landscape or a basin. Each receives the clouds and a method when it first needs them.
  */
-import type { CloudData } from '../components/given-clouds.js';
+import type { CloudData } from '../run/given-clouds.js';
 import { LatestQuery } from '../engine/latest-query.js';
 import { type Arguments, EngineProblem, type Result, WorkerDied } from '../engine/remote.js';
 import { type WorkerFaults, WorkerHost } from '../engine/worker-host.js';

@@ -1,5 +1,5 @@
 /** Where the lab's clouds come from: files of the user, the sample, addresses of a course page. */
-import type { CloudData, GivenCloud, GivenClouds } from '../components/given-clouds.js';
+import type { CloudData, GivenCloud, GivenClouds } from '../run/given-clouds.js';
 import type { MenuItem } from '../components/menu.js';
 import type { NamedFile } from '../datasets/gather.js';
 import { addressesOf, fetchGiven } from '../datasets/given.js';

@@ -1,7 +1,7 @@
 /** Methods side by side, from the same start and at the same iteration. */
 import { html, nothing, type TemplateResult } from 'lit';
 import { iconButton } from '../components/icon-button.js';
-import type { SettingPreset } from '../components/settings-panel.js';
+import type { SettingPreset } from '../run/settings-panel.js';
 import { formatDuration, formatLength, formatPercent } from '../views/format.js';
 import { formatAngle } from '../views/pose-format.js';
 import { difference } from './poses.js';

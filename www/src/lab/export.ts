@@ -1,6 +1,6 @@
 /** What leaves the lab: pictures, a film of the run, and the trace as data. */
-import { pngFile, svgFile } from '../components/figure-files.js';
-import type { Painter, ScanstitchFigure } from '../components/figure-view.js';
+import { pngFile, svgFile } from '../drawing/figure-files.js';
+import type { Painter, ScanstitchFigure } from '../drawing/figure-view.js';
 import type { MenuItem } from '../components/menu.js';
 import { animatedPng } from '../export/apng.js';
 import type { Download } from '../export/download.js';

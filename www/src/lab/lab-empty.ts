@@ -2,7 +2,7 @@
 import { html, type TemplateResult } from 'lit';
 import { keyed } from 'lit/directives/keyed.js';
 import '../components/menu.js';
-import { type ActiveSession, emptyView } from '../components/run-parts.js';
+import { type ActiveSession, emptyView } from '../run/run-parts.js';
 import { type OpenedScene, SCENE_ITEMS } from './clouds.js';
 
 export interface EmptyActions {

@@ -2,7 +2,7 @@
 import { decode_depth, IcpLab, init, local_minima, PointCloud, version } from '../engine/package.js';
 import { compareOwnIcp, type OwnIcpComparison } from '../../../package/lab/own_icp.js';
 import { nothingLoaded, serve } from '../engine/serve.js';
-import type { CloudData } from '../components/given-clouds.js';
+import type { CloudData } from '../run/given-clouds.js';
 import type { EngineGrid, GridPart, LabApi, LabFacts, LabTrace, Options, Pose } from './protocol.js';
 
 let clouds: { source: PointCloud; target: PointCloud } | null = null;

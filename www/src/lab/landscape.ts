@@ -1,5 +1,5 @@
 /** The cost over two unknowns as a figure: heat map, lines of equal cost, the path of the iterations, the minima. */
-import type { Painter } from '../components/figure-view.js';
+import type { Painter } from '../drawing/figure-view.js';
 import { type Area, type Axis, type Colors, drawAxes, linearAxis, type Range } from '../views/axes.js';
 import { contour } from '../views/contours.js';
 import { plotArea, type Size } from '../views/figures.js';

@@ -1,5 +1,5 @@
 /** The options of a method as a form shows them, and methods that a course compares. */
-import type { SettingField, SettingPreset, SettingValues } from '../components/settings-panel.js';
+import type { SettingField, SettingPreset, SettingValues } from '../run/settings-panel.js';
 import { DEFAULTS, PLANAR_DEFAULTS, SPATIAL_DEFAULTS } from './defaults.js';
 import type { CloudMetric, Options } from './protocol.js';
 import { KERNELS, metricName, metricsFor } from './words.js';

@@ -1,5 +1,5 @@
 /** How the lab's clouds are opened: files, scenes of the gallery, links, addresses of the host page; the last request wins. */
-import type { GivenClouds } from '../components/given-clouds.js';
+import type { GivenClouds } from '../run/given-clouds.js';
 import { filesOfDrop, type NamedFile } from '../datasets/gather.js';
 import type { Note } from '../datasets/note.js';
 import { LastRequest } from '../engine/last-request.js';

@@ -1,6 +1,6 @@
 import { html, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import { mapStyles } from '../components/map-styles.js';
+import { mapStyles } from '../drawing/map-styles.js';
 import { shared } from '../components/theme.js';
 import { mapBounds } from '../views/map-bounds.js';
 import { penOn } from '../views/pen.js';

@@ -1,6 +1,6 @@
 /** What the view of the ICP lab and its workers say to each other. The names of the data are the engine's own. */
 import type { OwnIcpComparison } from '../../../package/lab/own_icp.js';
-import type { CloudData } from '../components/given-clouds.js';
+import type { CloudData } from '../run/given-clouds.js';
 import type {
   BasinEnds,
   BasinLabels,

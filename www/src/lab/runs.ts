@@ -1,5 +1,5 @@
 /** The methods that the lab compares: one run each, and what can be said of it. */
-import type { GivenClouds } from '../components/given-clouds.js';
+import type { GivenClouds } from '../run/given-clouds.js';
 import type { Colors } from '../views/axes.js';
 import { baseName, formatLength } from '../views/format.js';
 import type { LabFacts, LabTrace, Options } from './protocol.js';

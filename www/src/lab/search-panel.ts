@@ -2,7 +2,7 @@ import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { slider } from '../components/fields.js';
 import { type Choices, list } from '../components/list-field.js';
-import '../components/figure-view.js';
+import '../drawing/figure-view.js';
 import { figureStyles, numberTable } from '../components/number-table.js';
 import { EngineProblem, WorkerDied } from '../engine/remote.js';
 import { shared } from '../components/theme.js';

@@ -1,5 +1,5 @@
 /** The correlative search as a figure: the blocks of poses that it looks at, in their order, coloured by their bounds. */
-import type { Painter } from '../components/figure-view.js';
+import type { Painter } from '../drawing/figure-view.js';
 import { type Colors, drawAxes, linearAxis, rangeOf } from '../views/axes.js';
 import { plotArea } from '../views/figures.js';
 import { cssColor, frameColor } from '../views/palette.js';

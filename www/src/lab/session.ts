@@ -1,6 +1,6 @@
 /** The ICP lab: two clouds, one or several methods that register them from the same start, and the selected iteration. */
 import type { ReactiveControllerHost } from 'lit';
-import type { GivenClouds } from '../components/given-clouds.js';
+import type { GivenClouds } from '../run/given-clouds.js';
 import { Session } from '../components/session.js';
 import { LastRequest } from '../engine/last-request.js';
 import { EngineProblem, WorkerDied } from '../engine/remote.js';

@@ -1,9 +1,9 @@
 import { css, html, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { keyed } from 'lit/directives/keyed.js';
-import { Graphics, type GraphicsUser } from '../components/graphics.js';
-import { mapStyles } from '../components/map-styles.js';
-import { mapButton } from '../components/map-toolbar.js';
+import { Graphics, type GraphicsUser } from '../drawing/graphics.js';
+import { mapStyles } from '../drawing/map-styles.js';
+import { mapButton } from '../drawing/map-toolbar.js';
 import { shared } from '../components/theme.js';
 import { pngOf } from '../views/canvas.js';
 import { axes, fitted, metresPerPixel, type Orbit, orbited, panned, zoomedAt } from '../views/orbit.js';

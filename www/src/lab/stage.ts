@@ -1,8 +1,8 @@
 /** What the stages in the plane and in space share: the element, its keys, its tools, and when it is painted. */
 import { html, LitElement, type PropertyValues, svg, type TemplateResult } from 'lit';
 import { property, query, state } from 'lit/decorators.js';
-import { type DrawingHost, DrawingSurface } from '../components/drawing-surface.js';
-import { mapButton } from '../components/map-toolbar.js';
+import { type DrawingHost, DrawingSurface } from '../drawing/drawing-surface.js';
+import { mapButton } from '../drawing/map-toolbar.js';
 import { PAN_STEP, ZOOM_STEP } from '../views/map-keys.js';
 import type { PlaneScene } from './plane-painter.js';
 import type { Pose } from './protocol.js';

@@ -1,8 +1,8 @@
 /** Beside the stage: what the iteration is and solves, and the course of the run. */
-import { facts } from '../components/facts.js';
+import { facts } from '../run/facts.js';
 import { html, nothing, type TemplateResult } from 'lit';
-import type { Painter } from '../components/figure-view.js';
-import { iterationTable } from '../components/iteration-table.js';
+import type { Painter } from '../drawing/figure-view.js';
+import { iterationTable } from '../run/iteration-table.js';
 import { type Colors, linearAxis, WHOLE } from '../views/axes.js';
 import { drawSeries, plotArea } from '../views/figures.js';
 import { formatCount, formatLength, formatPercent, plural } from '../views/format.js';

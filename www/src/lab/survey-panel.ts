@@ -2,8 +2,8 @@
 import { css, html, LitElement, type TemplateResult } from 'lit';
 import { property, query, state } from 'lit/decorators.js';
 import { type Choices, list } from '../components/list-field.js';
-import '../components/figure-view.js';
-import type { ScanstitchFigure } from '../components/figure-view.js';
+import '../drawing/figure-view.js';
+import type { ScanstitchFigure } from '../drawing/figure-view.js';
 import { column, row, shared } from '../components/theme.js';
 import { formatLength } from '../views/format.js';
 import { formatAngle } from '../views/pose-format.js';

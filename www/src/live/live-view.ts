@@ -6,7 +6,7 @@ import type { Offered } from '../../../package/live/source.js';
 import { announcements } from '../components/announcer.js';
 import { fire } from '../components/fire.js';
 import { icon } from '../components/icons.js';
-import '../components/map-view.js';
+import '../drawing/map-view.js';
 import '../components/messages.js';
 import type { Message } from '../components/messages.js';
 import { emptyStyles, shared } from '../components/theme.js';

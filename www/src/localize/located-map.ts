@@ -1,8 +1,8 @@
 import type { PropertyValues, TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
-import { mapStyles } from '../components/map-styles.js';
-import { FlatMap } from '../components/flat-map.js';
-import { layerBox, layerList } from '../components/map-toolbar.js';
+import { mapStyles } from '../drawing/map-styles.js';
+import { FlatMap } from '../drawing/flat-map.js';
+import { layerBox, layerList } from '../drawing/map-toolbar.js';
 import { shared } from '../components/theme.js';
 import { context2d } from '../views/canvas.js';
 import { memoizeLast } from '../views/memoize-last.js';

@@ -1,6 +1,6 @@
 /** What is known of a scan's place, in words and figures. */
 import { html, nothing, type TemplateResult } from 'lit';
-import { facts } from '../components/facts.js';
+import { facts } from '../run/facts.js';
 import { statusBadge } from '../components/status-badge.js';
 import { numberTable } from '../components/number-table.js';
 import { baseName, formatFixed, formatLength, formatPercent, plural, sentence } from '../views/format.js';

@@ -1,6 +1,6 @@
 /** A localisation: the map, the recording, how far it is, and where the scans are. */
 import type { OpenedRecording } from '../../../package/recording_reader.js';
-import type { GivenScans } from '../components/run-kind.js';
+import type { GivenScans } from '../run/run-kind.js';
 import { errorMessage, noneUsable, noteMessage, Session } from '../components/session.js';
 import type { NamedFile } from '../datasets/gather.js';
 import type { Note } from '../datasets/note.js';

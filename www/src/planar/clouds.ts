@@ -1,5 +1,5 @@
 /** The scans of a run as clouds to register, for the ICP lab. */
-import type { GivenCloud, GivenClouds } from '../components/given-clouds.js';
+import type { GivenCloud, GivenClouds } from '../run/given-clouds.js';
 import type { Dataset } from '../datasets/dataset.js';
 import type { FrameResult, PlanarPose, ScanToMap, Settings } from '../engine/protocol.js';
 import { baseName } from '../views/format.js';

@@ -1,7 +1,7 @@
 /** The panel beside a map that is mended: its loops, the one that is looked at, the step that is prepared. */
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import { facts } from '../components/facts.js';
+import { facts } from '../run/facts.js';
 import { fire } from '../components/fire.js';
 import { iconButton } from '../components/icon-button.js';
 import { statusBadge } from '../components/status-badge.js';

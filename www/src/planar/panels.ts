@@ -1,6 +1,6 @@
 /** The panels around the map of laser scans: loaded with the first one that is unfolded. */
 import { html, type TemplateResult } from 'lit';
-import '../components/panels.js';
+import '../run/panels.js';
 import type { FrameResult, IterationRecord, Snapshot } from '../engine/protocol.js';
 import { frameColumns } from '../views/frame-columns.js';
 import { frameRows } from '../views/frame-rows.js';
@@ -65,7 +65,7 @@ export class PlanarPanels {
     { selected, history, pairsShown, longest, isRemovable }: SelectedScan,
     { showPairs, remove }: ScanActions,
   ): TemplateResult {
-    void import('../components/why-panel.js');
+    void import('../run/why-panel.js');
     const { frames, ms, errors, referenceName } = factsOf(snapshot);
     return html`<scanstitch-why
       .frames=${frames}

@@ -1,15 +1,15 @@
 import { html, nothing, type TemplateResult } from 'lit';
 import { customElement, query, state } from 'lit/decorators.js';
-import '../components/map-view.js';
-import type { ScanstitchMap } from '../components/map-view.js';
-import type { Measure } from '../components/before-after.js';
-import type { GivenClouds } from '../components/given-clouds.js';
+import '../drawing/map-view.js';
+import type { ScanstitchMap } from '../drawing/map-view.js';
+import type { Measure } from '../run/before-after.js';
+import type { GivenClouds } from '../run/given-clouds.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
-import { Fetched } from '../components/fetched.js';
-import { emptyView } from '../components/run-parts.js';
-import type { GivenFiles, GivenScans, Loaded, RunKind } from '../components/run-kind.js';
-import { RunView } from '../components/run-view.js';
-import { welcome, welcomeStyles } from '../components/welcome.js';
+import { Fetched } from '../run/fetched.js';
+import { emptyView } from '../run/run-parts.js';
+import type { GivenFiles, GivenScans, Loaded, RunKind } from '../run/run-kind.js';
+import { RunView } from '../run/run-view.js';
+import { welcome, welcomeStyles } from '../run/welcome.js';
 import type { FrameResult, IterationRecord, PlanarPoint, Settings, Snapshot } from '../engine/protocol.js';
 import { type Download, EXPORTS, type ExportItem } from '../export/download.js';
 import { baseName, formatCount, formatDuration, formatLength, plural } from '../views/format.js';
@@ -108,7 +108,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     const { session } = this;
     if (!session.snapshot || session.phase !== 'done') return null;
     const { frames, comparison } = session.snapshot.result;
-    const { comparedWith, placedInPlane, trajectoriesToEvaluate } = await import('../components/to-evaluate.js');
+    const { comparedWith, placedInPlane, trajectoriesToEvaluate } = await import('../run/to-evaluate.js');
     const placed = placedInPlane(frames, comparison?.reference);
     return trajectoriesToEvaluate(placed, comparedWith(comparison), () => session.ask('map_ply'));
   }

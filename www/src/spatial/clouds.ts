@@ -1,5 +1,5 @@
 /** The frames of a run as clouds to register, for the ICP lab. */
-import type { CloudData, GivenCloud, GivenClouds } from '../components/given-clouds.js';
+import type { CloudData, GivenCloud, GivenClouds } from '../run/given-clouds.js';
 import type { SpatialJob } from '../engine/preparer.js';
 import type { MapPoints, SpatialResult } from '../engine/spatial-protocol.js';
 import { added, turned, type Vec3 } from '../views/vectors.js';

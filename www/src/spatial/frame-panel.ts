@@ -1,7 +1,7 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
-import { facts } from '../components/facts.js';
-import { badList, frameStyles, frameBars, frameHeader, numBad } from '../components/frame-parts.js';
+import { facts } from '../run/facts.js';
+import { badList, frameStyles, frameBars, frameHeader, numBad } from '../run/frame-parts.js';
 import { figureStyles, numberTable } from '../components/number-table.js';
 import { row, shared } from '../components/theme.js';
 import { doubt, panelStyles, statusStyles } from '../components/panel-theme.js';

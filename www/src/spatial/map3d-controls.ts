@@ -2,11 +2,11 @@
 import { html, nothing, svg, type TemplateResult } from 'lit';
 import { slider, typed } from '../components/fields.js';
 import { list } from '../components/list-field.js';
-import { layerBox, layerList, mapButton } from '../components/map-toolbar.js';
+import { layerBox, layerList, mapButton } from '../drawing/map-toolbar.js';
 import { baseName, formatFixed } from '../views/format.js';
 import { cssColor } from '../views/palette.js';
 import { roundedDown } from '../views/viewport.js';
-import type { GraphicsState } from '../components/graphics.js';
+import type { GraphicsState } from '../drawing/graphics.js';
 import type { Heights } from './leveling.js';
 import { COLOR_MODES, chosenMode, type LookChoices, ramp } from './look.js';
 import type { ColorMode } from './point-cloud.js';

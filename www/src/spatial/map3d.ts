@@ -1,10 +1,10 @@
 import { html, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { keyed } from 'lit/directives/keyed.js';
-import { DrawingSurface } from '../components/drawing-surface.js';
-import { Graphics, type GraphicsUser } from '../components/graphics.js';
-import { mapStyles } from '../components/map-styles.js';
-import { mapFrame, mapToolbar } from '../components/map-toolbar.js';
+import { DrawingSurface } from '../drawing/drawing-surface.js';
+import { Graphics, type GraphicsUser } from '../drawing/graphics.js';
+import { mapStyles } from '../drawing/map-styles.js';
+import { mapFrame, mapToolbar } from '../drawing/map-toolbar.js';
 import { shared } from '../components/theme.js';
 import { type KeyedMap, PAN_STEP, pressKey, ZOOM_STEP } from '../views/map-keys.js';
 import { OrbitedMap } from './orbited-map.js';

@@ -1,7 +1,7 @@
 /** How the map in space is looked at: its viewpoint, what moves it, and what lies under the pointer. */
 import { LitElement } from 'lit';
 import { property, state } from 'lit/decorators.js';
-import { type DrawingHost, type DrawingSurface } from '../components/drawing-surface.js';
+import { type DrawingHost, type DrawingSurface } from '../drawing/drawing-surface.js';
 import { fire } from '../components/fire.js';
 import { isAlike, nearest, type Orbit, orbited, panned, type Size, STRAIGHT_DOWN, zoomedAt } from '../views/orbit.js';
 import type { MapTools } from './map-tools.js';

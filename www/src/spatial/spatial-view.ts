@@ -4,15 +4,15 @@ import './frame-panel.js';
 import './map3d.js';
 import './reading-card.js';
 import './reading-dialog.js';
-import type { Measure } from '../components/before-after.js';
-import { Fetched } from '../components/fetched.js';
-import type { GivenClouds } from '../components/given-clouds.js';
+import type { Measure } from '../run/before-after.js';
+import { Fetched } from '../run/fetched.js';
+import type { GivenClouds } from '../run/given-clouds.js';
 import type { MenuItem } from '../components/menu.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
-import { activityBox, emptyView } from '../components/run-parts.js';
-import { comparedWith, trajectoriesToEvaluate } from '../components/to-evaluate.js';
-import type { GivenFiles, GivenRecording, Loaded, RunKind } from '../components/run-kind.js';
-import { RunView } from '../components/run-view.js';
+import { activityBox, emptyView } from '../run/run-parts.js';
+import { comparedWith, trajectoriesToEvaluate } from '../run/to-evaluate.js';
+import type { GivenFiles, GivenRecording, Loaded, RunKind } from '../run/run-kind.js';
+import { RunView } from '../run/run-view.js';
 import type {
   Assumption,
   SpatialFrameResult,

@@ -3,7 +3,7 @@ import { css, html, nothing, svg, type TemplateResult } from 'lit';
 import { HOLE_VOXELS, MEMORY_MB, VOXEL_SIZE } from '../../../package/mesh/frames.js';
 import { check } from '../components/fields.js';
 import { list } from '../components/list-field.js';
-import { mapButton } from '../components/map-toolbar.js';
+import { mapButton } from '../drawing/map-toolbar.js';
 import type { SurfaceMesh } from '../engine/surface-protocol.js';
 import { formatCount, formatFixed, plural } from '../views/format.js';
 import { memoizeLast } from '../views/memoize-last.js';

@@ -19,7 +19,7 @@ import type {
   StrategyRunner,
   VoxelOdometrySettings,
 } from './protocol.js';
-import type { GivenRecording } from '../components/run-kind.js';
+import type { GivenRecording } from '../run/run-kind.js';
 import workerUrl from './strategies-worker.ts?worker&url';
 
 /** Results are asked for at most this often while frames come in, ... */

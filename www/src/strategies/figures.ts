@@ -1,6 +1,6 @@
 /** The plots that make the argument: what each strategy costs and gains from frame to frame. */
 import { type Colors, drawAxes, linearAxis, type Range, rangeOf, WHOLE } from '../views/axes.js';
-import type { Painter } from '../components/figure-view.js';
+import type { Painter } from '../drawing/figure-view.js';
 import { drawSeries, plotArea, type Series } from '../views/figures.js';
 import type { Compared } from '../../../package/report/strategy_table.js';
 import { mapBounds } from '../views/map-bounds.js';

@@ -1,7 +1,7 @@
 /** Strategies on planar scans: presets of the reconstruction and the settings of the map, one run after the other in the worker of planar scans. */
 import { comparedPlanar } from '../../../package/report/planar_strategies.js';
 import type { Compared } from '../../../package/report/strategy_table.js';
-import type { GivenScans } from '../components/run-kind.js';
+import type { GivenScans } from '../run/run-kind.js';
 import { PlanarClient } from '../engine/planar-client.js';
 import type { EngineFacts, Progress, RunState, Settings, Snapshot } from '../engine/protocol.js';
 import type { PointSet } from '../views/point-layer.js';

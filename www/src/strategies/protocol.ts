@@ -6,7 +6,7 @@ import type {
   VoxelOdometrySettings as EngineSettings,
 } from '../engine/package.js';
 import type { Compared } from '../../../package/report/strategy_table.js';
-import type { GivenRecording, GivenScans } from '../components/run-kind.js';
+import type { GivenRecording, GivenScans } from '../run/run-kind.js';
 import type { Problem } from '../engine/protocol.js';
 import type { PointSet } from '../views/point-layer.js';
 import type { WorkerFaults } from '../engine/worker-host.js';

@@ -1,6 +1,6 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
-import '../components/figure-view.js';
+import '../drawing/figure-view.js';
 import { cell, type Column, columnsOf, csvOf, markdownOf, type Row } from '../../../package/report/strategy_table.js';
 import { announcements } from '../components/announcer.js';
 import { tellHost } from '../components/host-events.js';
