@@ -4,6 +4,7 @@
  */
 import { fileError } from '../base/errors.js';
 import { lookUp } from '../base/look_up.js';
+import { ticksPerSecond } from '../base/units.js';
 import { inRadians, mayBeMirrored } from './angles.js';
 import { isPointJson, pointsOfList, scanOfPoints } from './point_scans.js';
 import { numberOf, type Scan, scanOf } from './scan.js';
@@ -111,13 +112,6 @@ function withEnd(text: string): unknown {
   }
 }
 
-/** Seconds of a unit of times since 1970, by their size. */
-const EPOCHS = [
-  [1e17, 1e9],
-  [1e14, 1e6],
-  [1e11, 1e3],
-] as const;
-
 /** The entries of an object, by their times where all keys are numbers: JavaScript puts whole ones first. */
 function entriesOf(object: object) {
   const entries = Object.entries(object);
@@ -129,8 +123,7 @@ function entriesOf(object: object) {
 function under(known: Readonly<Record<string, unknown>>, key: string) {
   const number = key.trim() === '' ? Number.NaN : Number(key);
   if (!Number.isFinite(number)) return known;
-  const [, divisor = 1] = EPOCHS.find(([least]) => number >= least) ?? [];
-  return { ...known, time: number / divisor };
+  return { ...known, time: number / (ticksPerSecond(number) ?? 1) };
 }
 
 /** The scans within a document; fields of what holds them (a time, for one) belong to them. */

@@ -3,6 +3,7 @@
  * alone counts the points that follow (PTS); PTX has a header of ten lines before each scan, whose points are in the scanner's
  * frame. VeloView and Livox Viewer write such tables, x y z among other columns.
  */
+import { haveDecimalCommas, LENGTH_UNIT } from '../base/units.js';
 import { pointsFile } from './ply.js';
 
 const PTX_HEADER_LINES = 10;
@@ -17,6 +18,10 @@ const MIN_ROWS = 20;
 const MAX_COLUMNS = 7;
 /** Columns that a laser's program writes beside x y z. */
 const LASER_COLUMNS = /^(intensity|intensities|reflectivity|quality|rssi|laser_id|ring|azimuth|tag)$/;
+
+/** A unit behind the name of a column in lower case, and that of x. */
+const UNIT_BEHIND = new RegExp(`[\\s_]*[([].*$|_${LENGTH_UNIT}$`);
+const UNIT_OF_X = new RegExp(`(?:^|[\\s,;"#])x[\\s_]*[([]?(${LENGTH_UNIT})\\b`, 'i');
 
 /** loss: what is missing of it */
 type TextCloud = { ply: Uint8Array; count: number; notes: string[]; loss: string | null };
@@ -85,8 +90,7 @@ function numberOf(word: string | undefined) {
 function cellsOf(lines: readonly string[]): (line: string) => string[] {
   const known = lines.filter((line) => !isComment(line)).slice(0, LOOKED_INTO);
   const has = (text: string) => known.some((line) => line.includes(text));
-  const isDecimal = has(',') && (has(';') || has(' ') || has('\t')) && !known.some((line) => /\.\d/.test(line));
-  const hasDecimalCommas = isDecimal && !known.some((line) => /,\s|,\d*,/.test(line));
+  const hasDecimalCommas = haveDecimalCommas(known);
   const gap = has(';') ? ';' : has(',') && !hasDecimalCommas ? ',' : null;
   return (line) => {
     const text = hasDecimalCommas ? line.replaceAll(',', '.') : line;
@@ -135,7 +139,7 @@ function namesOf(lines: readonly string[]) {
       .toLowerCase()
       .replaceAll(/["']/g, '')
       .replace(/^points(_m_xyz)?:([012])$/, (_, __, axis) => 'xyz'[Number(axis)] ?? '')
-      .replace(/[\s_]*[([].*$|_[cm]?m$/, '')
+      .replace(UNIT_BEHIND, '')
       .trim(),
   );
 }
@@ -159,9 +163,8 @@ function colorColumns(lines: readonly string[]) {
 
 /** The unit that the name of a coordinate says: `x (mm)`, `X_cm`. */
 function unitOf(lines: readonly string[]) {
-  const isNames = (line: string) => /(^|[\s,;"#])x[\s_]*[([]?[cm]?m\b/i.test(line);
-  const [, unit = null] = lines.find(isNames)?.match(/(?:^|[\s,;"#])x[\s_]*[([]?([cm]?m)\b/i) ?? [];
-  return unit?.toLowerCase() ?? null;
+  const found = lines.map((line) => UNIT_OF_X.exec(line)).find((match) => match !== null);
+  return found?.[1]?.toLowerCase() ?? null;
 }
 
 /** The columns called x, y and z (or x and y, beside what lasers measure). */

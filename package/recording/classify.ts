@@ -47,7 +47,7 @@ export function classify(path: string, beginning: Uint8Array | null, isTable = f
     (!NO_LOGS.test(base) && isLaserLog(head)) ||
     (isTable && !isOdometryName(base) && (looksLikeNumbers(head) || isColumn(head)))
   )
-    return { role: 'scan', isLog: true, isTable: isTableOfRanges(head) };
+    return { role: 'scan', isLog: true, isTable: isTableOfRanges(head) || isColumn(head) };
   if (TEXT_NAMES.test(base) && isOfLabels(base, head))
     return { role: 'ignored', reason: 'labels of readings, and neither ranges nor a trajectory' };
   if (TRAJECTORY_NAMES.test(base)) return { role: isOdometryName(base) ? 'odometry' : 'reference' };

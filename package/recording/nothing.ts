@@ -35,7 +35,7 @@ export async function nothing(notes: Note[], files: ListedFile[], read: Read): P
     ...unused(graphs, 'relations between poses, without scans; give the log or bag of the laser'),
     ...unused(
       columns,
-      'a number a line; where these are the ranges of a scan, say where it begins and its step: --table range=1,start=-135deg,step=0.5deg',
+      'a number a line; where these are the ranges of a scan, give one alone, or a scan a line in one file',
     ),
     ...unused(
       [...numbers],

@@ -3,13 +3,8 @@
  * roll, pitch and yaw, latitude and longitude, decimal commas, other units, dates; the messages that `ros2 topic echo --csv` writes; the
  * exports of Vicon's and OptiTrack's motion capture; NCLT's ground truth.
  */
+import { haveDecimalCommas, LENGTH_UNIT, perMetre, ticksPerSecond } from '../base/units.js';
 
-/** What times since 1970 are divided by to be seconds, from this value on. */
-const SINCE_1970 = [
-  [1e17, 1e9],
-  [1e14, 1e6],
-  [1e11, 1e3],
-] as const;
 const TIME_UNITS: Readonly<Record<string, number>> = {
   ms: 1e3,
   msec: 1e3,
@@ -18,13 +13,6 @@ const TIME_UNITS: Readonly<Record<string, number>> = {
   usec: 1e6,
   ns: 1e9,
   nsec: 1e9,
-};
-const LENGTH_UNITS: Readonly<Record<string, number>> = {
-  mm: 1e3,
-  millimeters: 1e3,
-  millimetres: 1e3,
-  cm: 100,
-  centimeters: 100,
 };
 /** Angles beyond it are degrees: a turn and what unwrapping adds. */
 const MAX_RADIANS = 2 * Math.PI + 0.1;
@@ -44,7 +32,7 @@ export function posesOfTable(text: string): string | null {
     .replace(/^\uFEFF/, '')
     .split(/\r\n|\r|\n/)
     .filter((line) => line.trim() !== '');
-  return ofVicon(lines) ?? ofOptiTrack(lines) ?? ofEcho(lines) ?? ofNames(lines) ?? ofAngles(lines);
+  return ofVicon(lines) ?? ofOptiTrack(lines) ?? ofEcho(lines) ?? ofNames(lines) ?? ofAngles(lines) ?? ofCommas(lines);
 }
 
 const numbersOf = (cells: readonly string[]) => cells.map((cell) => (cell.trim() === '' ? Number.NaN : Number(cell)));
@@ -79,7 +67,7 @@ function ofVicon(lines: readonly string[]): string | null {
     .map(Number)
     .find((number) => number > 0);
   if (start < 0 || rate === undefined) return null;
-  const divisor = LENGTH_UNITS[units[start] ?? ''] ?? 1;
+  const divisor = perMetre(units[start] ?? '');
   const rows = lines.slice(at + 2).map((line) => numbersOf(line.split(',')));
   const known = rows.filter((row) => row.slice(start, start + 3).every(Number.isFinite) && row.length > start + 2);
   return written(
@@ -107,7 +95,7 @@ function ofOptiTrack([head = '', ...lines]: readonly string[]): string | null {
   const unit = /length units,\s*(\w+)/i.exec(head)?.[1]?.toLowerCase() ?? '';
   const rows = lines.slice(at + 1).map((line) => numbersOf(line.split(',')));
   const poses = rows.map((row) => [row[1] ?? Number.NaN, ...columns.map((column) => row[column] ?? Number.NaN)]);
-  const divisor = LENGTH_UNITS[unit] ?? 1;
+  const divisor = perMetre(unit);
   return written(
     'time,x,y,z,qx,qy,qz,qw',
     poses
@@ -140,7 +128,7 @@ function ofAngles(lines: readonly string[]): string | null {
   if (rows.length < 2 || known.length === 0 || !isTimed || !areAngles || known.every((row) => isUnit(row.slice(3))))
     return null;
   const [first = 0] = known[0] ?? [];
-  const [, divisor = 1] = SINCE_1970.find(([least]) => first >= least) ?? [];
+  const divisor = ticksPerSecond(first) ?? 1;
   return written(
     'timestamp,x,y,z,qx,qy,qz,qw',
     known.map(([time = 0, x = 0, y = 0, z = 0, roll = 0, pitch = 0, yaw = 0]) => [
@@ -148,6 +136,13 @@ function ofAngles(lines: readonly string[]): string | null {
       ...[x, y, z, ...quaternionOf(roll, pitch, yaw)],
     ]),
   );
+}
+
+/** Rows without names whose numbers have decimal commas, with points. */
+function ofCommas(lines: readonly string[]): string | null {
+  const rows = lines.filter((line) => !line.startsWith('#'));
+  const areNumbers = rows.every((row) => /^[-+\d.,;\seE]+$/.test(row));
+  return areNumbers && haveDecimalCommas(rows) ? rows.map((row) => `${row.replaceAll(',', '.')}\n`).join('') : null;
 }
 
 /** A table whose first line names the columns, one of them in a convention that the engine leaves out. */
@@ -176,12 +171,13 @@ function ofNames(lines: readonly string[]): string | null {
       table.rows.map((row) => row[time.at] ?? ''),
       time.unit,
     );
-  const inOtherUnit = axes.some((axis) => axis !== undefined && LENGTH_UNITS[axis.unit] !== undefined);
-  if (!(isGlobal || isTurned || isFlat || inOtherUnit || times?.isConverted || isDecimal(lines))) return null;
+  const inOtherUnit = axes.some((axis) => axis !== undefined && perMetre(axis.unit) !== 1);
+  if (!(isGlobal || isTurned || isFlat || inOtherUnit || times?.isConverted || haveDecimalCommas(lines.slice(1))))
+    return null;
   if (!isGlobal && (!axes[0] || !axes[1])) return null;
   const positions = isGlobal
     ? onTangentPlane(globe.map(numbers))
-    : axes.map((axis) => axis && numbers(axis).map((value) => value / (LENGTH_UNITS[axis.unit] ?? 1)));
+    : axes.map((axis) => axis && numbers(axis).map((value) => value / perMetre(axis.unit)));
   const turns = isTurned
     ? turnsOf(
         (isHeading ? [undefined, undefined, heading] : angles).map(numbers),
@@ -200,12 +196,6 @@ function ofNames(lines: readonly string[]): string | null {
   return written(used.map(({ name }) => name).join(','), rows);
 }
 
-/** Whether a semicolon or a tab stands between the columns and a comma within the numbers. */
-function isDecimal([, ...rows]: readonly string[]) {
-  const [first = ''] = rows;
-  return /[;\t]/.test(first) && rows.some((row) => /\d,\d/.test(row)) && !rows.some((row) => /\d\.\d/.test(row));
-}
-
 function tableOf(lines: readonly string[]): Table | null {
   const [head = '', ...rows] = lines;
   const separator = [';', '\t', ','].find((mark) => head.includes(mark));
@@ -213,7 +203,7 @@ function tableOf(lines: readonly string[]): Table | null {
   const cells = (line: string) => line.split(separator).map((cell) => cell.trim().replace(/^"(.*)"$/, '$1'));
   const names = cells(head.replace(/^[#%]/, ''));
   if (names.some((name) => name !== '' && Number.isFinite(Number(name)))) return null;
-  const withPoints = isDecimal(lines) ? (cell: string) => cell.replace(',', '.') : (cell: string) => cell;
+  const withPoints = haveDecimalCommas(rows) ? (cell: string) => cell.replace(',', '.') : (cell: string) => cell;
   const whole = rows.filter((row) => !row.startsWith('#')).map((row) => cells(row).map(withPoints));
   // The last line may be cut off; of others the engine tells which.
   const isWhole = (row: string[]) => row.length >= names.length;
@@ -221,7 +211,7 @@ function tableOf(lines: readonly string[]): Table | null {
 }
 
 function columnOf(name: string, at: number): Column {
-  const SUFFIX = /[_ ](deg(rees)?|rad(ians)?|mm|cm|m|[mun]?s(ec)?)$/i;
+  const SUFFIX = new RegExp(`[_ ](deg(rees)?|rad(ians)?|${LENGTH_UNIT}|[mun]?s(ec)?)$`, 'i');
   // `rostopic echo -p` has all times in nanoseconds.
   const told = /^field\..*stamp$/.test(name)
     ? 'ns'
@@ -240,8 +230,7 @@ function timesOf(cells: readonly string[], unit: string) {
   const numbers = numbersOf(cells);
   if (numbers.some(Number.isFinite)) {
     const first = numbers.find(Number.isFinite) ?? 0;
-    const since1970 = SINCE_1970.find(([least]) => first >= least)?.[1];
-    const divisor = unit === 'ns' ? 1e9 : (since1970 ?? TIME_UNITS[unit] ?? 1);
+    const divisor = unit === 'ns' ? 1e9 : (ticksPerSecond(first) ?? TIME_UNITS[unit] ?? 1);
     return { seconds: numbers.map((number) => number / divisor), isConverted: divisor !== 1 };
   }
   return { seconds: cells.map(secondsOf), isConverted: true };

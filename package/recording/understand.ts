@@ -10,7 +10,7 @@ import { isCloudName, isForeignDepthName, isImageName } from '../files/kinds.js'
 import { baseOf, commonFolder, contains, folderOf, groupBy, nameOf, seriesOf } from '../files/names.js';
 import { empty, type Found, type ListedFile, type ReadHead, type Understood } from '../files/recording.js';
 import type { Frames, Read } from './cameras.js';
-import { classify, isSystemFile } from './classify.js';
+import { classify, isColumn, isSystemFile } from './classify.js';
 import { notesOnCopies } from './copies.js';
 import type { DepthImages, Peek } from './depth_images.js';
 import { nothing } from './nothing.js';
@@ -71,10 +71,19 @@ export async function understand(
         ? await spatialClouds(clouds.files, known, read)
         : clouds.files.length > 0
           ? await planarScans(known, read, isTable)
-          : await nothing(depth.notes, known, read);
+          : (await isColumnAlone(known, read))
+            ? await planarScans(known, read, true)
+            : await nothing(depth.notes, known, read);
   const notes = [...unreadable, ...recording.notes];
   const beside = recording.beside && { ...recording.beside, notes: [...unreadable, ...recording.beside.notes] };
   return { ...empty(), image_size: null, ...recording, notes, ...(beside && { beside }) };
+}
+
+/** Whether there is one file, a number a line: the ranges of a scan, perhaps, whose angles have to be asked for. */
+async function isColumnAlone([file, ...others]: readonly ListedFile[], read: Read) {
+  if (!file || others.length > 0 || isImageName(file.path)) return false;
+  const head = await read(file.path, HEAD_BYTES);
+  return head !== null && classify(file.path, head, true).role === 'scan' && isColumn(head);
 }
 
 /** The depth images; their module is not loaded for names among which there can be none. */

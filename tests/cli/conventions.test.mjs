@@ -127,6 +127,13 @@ test('the unit of clouds is told from whole numbers, from names, or is asked for
     `x_cm,y_cm,z_cm\n${points.map(([x, y, z]) => [x, y, z - 1.2].map((value) => (100 * value).toFixed(2)).join(',')).join('\n')}\n`;
   const named = await reconstruct(t, { 'a.csv': text(FIRST), 'b.csv': text(SECOND) });
   assert.deepEqual([named.report.cloud_unit, named.report.assumptions], [0.01, []]);
+  const inFeet = (/** @type {Point[]} */ points) => {
+    const rows = points.map(([x, y, z]) => [x, y, z - 1.2].map((value) => (value / 0.3048).toFixed(4)).join(','));
+    return `X (ft),Y (ft),Z (ft)\n${rows.join('\n')}\n`;
+  };
+  const feet = await reconstruct(t, { 'a.csv': inFeet(FIRST), 'b.csv': inFeet(SECOND) });
+  assert.equal(feet.report.cloud_unit, 0.3048);
+  assert.ok(Math.abs(feet.report.frames[1].T_world_sensor.x - SHIFT[0]) < 5e-3);
   const bare = (/** @type {Point[]} */ points) => text(points).replace('x_cm,y_cm,z_cm', 'x,y,z');
   const open = await reconstruct(t, { 'a.csv': bare(FIRST), 'b.csv': bare(SECOND) });
   assert.match(open.said, /possible as well: 0\.01 m/);
@@ -222,6 +229,29 @@ test('a first row of bearings names the ranges, with a corner, without one, behi
     assert.match(said, /ranges=2:182,unit=m,start=-90deg,step=1deg,time=1/);
     hasDriven(report);
   }
+});
+
+test('a clock stays one where the first reading beside it is missing', async (t) => {
+  const rows = drive(Array.from({ length: 181 }, (_, i) => ((i - 90) * Math.PI) / 180)).map((ranges, scan) => {
+    const readings = ranges.map((range) => Math.round(100 * range));
+    return [1_700_000_000_000 + 100 * scan, ...(scan % 7 === 3 ? ['nan', ...readings.slice(1)] : readings)].join(' ');
+  });
+  const { report, said } = await reconstruct(t, { 'scans.txt': `${rows.join('\n')}\n` });
+  assert.match(said, /read as --table ranges=2:182,unit=cm,start=-90deg,step=1deg,time=1:ms/);
+  hasDriven(report);
+});
+
+test('depth images as text may have decimal commas', async () => {
+  const { depthOfTable, isDepthTable } = await import('../../npm/formats/depth_table.js');
+  const rows = Array.from({ length: 30 }, (_, row) =>
+    Array.from({ length: 80 }, (_, column) => (2 + row / 100 + column / 1000).toFixed(3)),
+  );
+  const text = (/** @type {string} */ separator, /** @type {string} */ comma) =>
+    rows.map((row) => `${row.join(separator).replaceAll('.', comma)}\n`).join('');
+  const german = text(';', ',');
+  assert.ok(isDepthTable(german.slice(0, 4000)));
+  const image = (/** @type {string} */ of) => depthOfTable('a.csv', new TextEncoder().encode(of));
+  assert.deepEqual(image(german), image(text(',', '.')));
 });
 
 test('planar scans in millimetres are read as such, and scan_unit says otherwise', async (t) => {

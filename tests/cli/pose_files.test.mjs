@@ -197,6 +197,9 @@ test('tables in other conventions become poses in seconds and metres', () => {
     '0,0.5,0,0,0,1,100,200,300,9\n1,0.6,,,,,,,,\n',
   ];
   assert.deepEqual(rows(tracked.join('\n')).rows, [[0.5, 0.1, 0.2, 0.3, 0, 0, 0, 1]]);
+  const commas = '# walk\n1,5;2;3,25;4;0;0;0;1\n1,75;2;3,5;4;0;0;0;1\n';
+  const points = '1.5;2;3.25;4;0;0;0;1\n1.75;2;3.5;4;0;0;0;1\n';
+  assert.equal(new TextDecoder().decode(trajectoryBytes('a.txt', encode(commas))), points);
   // What the engine reads stays, and so does a table with a line that is cut off in its middle.
   for (const text of [
     't,x,y,z\n1,2,3,4\n',

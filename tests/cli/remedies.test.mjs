@@ -68,13 +68,3 @@ for (const [name, { files, said, remedy, helps }] of Object.entries(REMEDY_CASES
     assert.match(after, helps);
   });
 }
-
-test('a column of ranges becomes a scan by the format that the message gives', async (t) => {
-  const folder = temporaryFolder(t);
-  const ranges = Array.from({ length: 180 }, (_, i) => (2 + Math.sin(i / 9)).toFixed(3));
-  const [path = ''] = writeFiles(folder, { 'r.txt': `${ranges.join('\n')}\n` });
-  const refused = await scanstitch(['reconstruct', path, '--out', join(folder, 'out')]);
-  const [, format = ''] = refused.stderr.match(/--table (range=1,start=-135deg,step=0\.5deg)/) ?? [];
-  const { status, stderr } = await scanstitch(['reconstruct', path, '--table', format, '--out', join(folder, 'out')]);
-  assert.equal(status, 0, stderr);
-});

@@ -99,6 +99,7 @@ function movedCloud(path, distance) {
 
 const OTHER_UNIT = /--set cloud_unit=NUMBER/;
 const SCALE_ASKED = /Set depth_scale to the right number/;
+const OTHER_FOCAL_LENGTH = /fit each other best with a focal length of about \d+ pixels, not with the 525 .*: set fx=/;
 const TRACK_ASKED = /Set wheel_track to it \(m\), for example wheel_track=0\.3/;
 
 /**
@@ -228,9 +229,27 @@ const ROWS = [
   },
   {
     path: 'depth_5000_fy_negative',
-    check: ({ said, report }) => {
+    check: ({ said, report, frames }) => {
       assert.equal(report.depth_scale, 5000);
       assert.match(said, /if the depth scale is 5000 .* and the focal length is 525 pixels, which nothing/);
+      // With 525 pixels one frame would be good 2.8 m off.
+      assert.equal(count(frames, 'good'), 1);
+      assert.match(said, OTHER_FOCAL_LENGTH);
+      near(report.suggestion.value, 481.2, 3, 'fx');
+      assert.match(report.comparison.convention, /left-handed/);
+    },
+  },
+  {
+    path: 'depth_5000_fy_negative',
+    args: ['--set', 'fx=480'],
+    mended: OTHER_FOCAL_LENGTH,
+    check: ({ report, frames }) => {
+      assert.ok(count(frames, 'good') >= 4);
+      for (const [at, { name, status }] of frames.entries())
+        assert.ok(
+          status !== 'good' || report.comparison.errors[at] < 0.015,
+          `${name}: ${report.comparison.errors[at]} m`,
+        );
     },
   },
   {

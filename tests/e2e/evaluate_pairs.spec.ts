@@ -128,3 +128,41 @@ test('interpolation is offered where times differ, and Sim(3) shows its scale', 
   expect(Number(after)).toBeLessThan(Number(before) / 3);
   expect(app.faults).toEqual([]);
 });
+
+/** A folder of the reports. */
+const report = (name: string) => join(FLIGHTS, '..', name);
+
+test('a monocular result whose rows count the frames: paired by number, as published', async ({ empty: app, page }) => {
+  test.skip(!existsSync(FLIGHTS), '../shared/data is absent');
+  const evaluation = new EvaluationView(page);
+  await evaluation.open();
+  await evaluation.drop([
+    { name: 'gt/09.txt', content: readFileSync(join(report('kitti_13_columns'), 'gt/09.txt')) },
+    { name: '09.txt', content: readFileSync(join(report('kitti_13_columns'), '09.txt')) },
+  ]);
+  await evaluation.answered(() => page.getByLabel('Alignment').selectOption('sim3'));
+  expect(await evaluation.column(/^poses/)).toEqual([expect.stringMatching(/^1589/)]);
+  expect(Number((await evaluation.column(/^rmse/))[0])).toBeCloseTo(8.38662, 5);
+  expect(Number((await evaluation.column(/^scale/))[0])).toBeCloseTo(20.985, 2);
+  expect(app.faults).toEqual([]);
+});
+
+for (const [kind, rmse, said] of [
+  ['line', 0, /turned about it at will/],
+  ['static', 0.00756, /rotation and scale are not determined/],
+] as const) {
+  test(`a path that is a ${kind === 'line' ? 'straight line' : 'point'}: aligned as far as it can be, and the rest is told`, async ({
+    empty: app,
+    page,
+  }) => {
+    test.skip(!existsSync(FLIGHTS), '../shared/data is absent');
+    const evaluation = new EvaluationView(page);
+    await evaluation.open();
+    await evaluation.drop(['gt', 'est'].map((which) => file(report('straight_and_static'), `${kind}_${which}.txt`)));
+    await evaluation.answered(() => page.getByLabel('Alignment').selectOption('sim3'));
+    expect(Number((await evaluation.column(/^rmse/))[0])).toBeCloseTo(rmse, 5);
+    await evaluation.rows.getByRole('button').first().click();
+    await expect(evaluation.view.getByText(said)).toBeVisible();
+    expect(app.faults).toEqual([]);
+  });
+}

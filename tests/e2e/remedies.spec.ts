@@ -39,6 +39,8 @@ const number = (label: string, value: string) => async (app: ScanstitchPage) => 
   await app.setting(label).blur();
 };
 
+const button = (name: RegExp) => (app: ScanstitchPage) => app.page.getByRole('button', { name }).click();
+
 const REMEDIES: Record<string, Remedy> = {
   'set laser_direction': {
     files: made('a log that does not keep to its format, with bearings that fall'),
@@ -61,6 +63,36 @@ const REMEDIES: Record<string, Remedy> = {
     files: reported('scan_matrix'),
     said: /Set wheel_track to it \(m\), for example wheel_track=0\.3/,
     apply: number('Wheel track', '0.3'),
+  },
+  'compute with another fx': {
+    files: made('a narrower view than rendered images have'),
+    said: /The frames fit each other best with a focal length of about/,
+    apply: button(/^Compute with fx/),
+    areGood: true,
+  },
+  'choose another unit of clouds': {
+    files: made('clouds in centimetres'),
+    said: /No file says the unit of the clouds' coordinates/,
+    apply: button(/^0\.01\s*m/),
+    areGood: true,
+  },
+  'change the columns of a table': {
+    files: made('columns without names'),
+    said: /give step=-1deg,start=90deg/,
+    apply: async ({ page }) => {
+      await page.getByRole('button', { name: 'Change the columns' }).click();
+      const dialog = page.getByRole('dialog');
+      await dialog.getByLabel('First (°)').fill('90');
+      await dialog.getByLabel('Step (°)').fill('-1');
+      await dialog.getByRole('button', { name: 'Read 8 scans' }).click();
+    },
+    areGood: true,
+  },
+  'read a number a line as a scan': {
+    files: made('a number a line'),
+    said: /may make one scan of 181 readings/,
+    isRefused: true,
+    apply: ({ page }) => page.getByRole('dialog').getByRole('button', { name: 'Read 1 scan' }).click(),
   },
   'set depth_scale': {
     files: reported('colour_depth_sizes'),

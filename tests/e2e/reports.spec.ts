@@ -81,10 +81,11 @@ const IN_SPACE: readonly Row<SpatialResult>[] = [
   },
   {
     path: 'depth_5000_fy_negative',
-    counts: [5, 4],
-    said: /4 good if the depth scale is 5000 raw values per metre and the focal length is 525 pixels, which nothing/,
-    check: ({ depth_scale, comparison }) => {
+    counts: [5, 1],
+    said: /The frames fit each other best with a focal length of about 4[78]\d pixels.*Compute with fx 4[78]\d/s,
+    check: ({ depth_scale, comparison, suggestion }) => {
       expect(depth_scale).toBe(5000);
+      expect(suggestion?.setting).toBe('fx');
       expect(comparison?.convention).toContain('left-handed');
     },
   },

@@ -60,10 +60,13 @@ impl DepthImage {
         if self.bits <= 8 { u16::from(u8::MAX) } else { u16::MAX }
     }
 
-    /// Difference of neighbouring values in a row over their sum, 0..=1, over the whole image.
+    /// Difference of neighbouring values in a row over their sum, 0..=1, over the whole image; without the largest value, which
+    /// stands for no return in some images and is the same in either order of its bytes.
     fn roughness(&self, read: impl Fn(u16) -> u16) -> f64 {
         let rows = self.values.chunks_exact(self.width.max(1));
-        let pairs = rows.flat_map(|row| row.windows(2)).filter(|pair| pair[0] > 0 && pair[1] > 0);
+        let measured = 1..self.largest_value();
+        let pairs =
+            rows.flat_map(|row| row.windows(2)).filter(|pair| pair.iter().all(|value| measured.contains(value)));
         let (difference, sum) = pairs.fold((0, 0), |(difference, sum), pair| {
             let (a, b) = (u64::from(read(pair[0])), u64::from(read(pair[1])));
             (difference + a.abs_diff(b), sum + a + b)
@@ -156,6 +159,9 @@ mod tests {
         let right = image(16, &ramp);
         let swapped = |image: DepthImage| image.read_as(DepthValues::SwappedBytes);
         assert!(!right.has_swapped_bytes() && swapped(right.clone()).has_swapped_bytes());
+        // The largest value, which stands for no return, is the same in either order.
+        let none = ramp.iter().enumerate().map(|(at, &value)| if at % 40 == 7 { u16::MAX } else { value });
+        assert!(!image(16, &none.collect::<Vec<_>>()).has_swapped_bytes());
         // Where the order makes no difference it is left as it is.
         let (small, alike): (Vec<u16>, Vec<u16>) = (1..=250).map(|value| (value, 257 * value)).unzip();
         for values in [small, alike, vec![0; 9]] {

@@ -67,13 +67,15 @@ struct Candidate {
 
 /// Millimetres: most cameras and data sets. 5,000: TUM RGB-D. 8,000: SUN RGB-D, which rotates the bits by three. 4,000:
 /// Matterport3D. 10,000: cameras at 0.1 mm. 65,535 over 10 m: renderings of Replica.
-const CANDIDATES: [Candidate; 6] = [
+/// 256: KITTI, and networks that estimate depth.
+const CANDIDATES: [Candidate; 7] = [
     Candidate { per_metre: 1000.0, prior: 0.6, sensors: [true, true], is_rendered: true },
     Candidate { per_metre: 6553.5, prior: 0.15, sensors: [false, false], is_rendered: true },
     Candidate { per_metre: 5000.0, prior: 0.1, sensors: [true, false], is_rendered: true },
     Candidate { per_metre: 8000.0, prior: 0.05, sensors: [true, false], is_rendered: false },
     Candidate { per_metre: 4000.0, prior: 0.05, sensors: [true, false], is_rendered: true },
     Candidate { per_metre: 10_000.0, prior: 0.05, sensors: [true, true], is_rendered: false },
+    Candidate { per_metre: 256.0, prior: 0.02, sensors: [false, false], is_rendered: true },
 ];
 
 /// Kinect: 1 / (8 f b) with f = 580 pixels and b = 0.075 m (1/m).

@@ -32,6 +32,37 @@ pub const INCH: LengthUnit = LengthUnit { metres: 0.0254, symbol: "in", name: "i
 /// Feet, likewise.
 pub const FOOT: LengthUnit = LengthUnit { metres: 0.3048, symbol: "ft", name: "feet" };
 
+/// What units of length are called in files, and metres of each; of several names for one, the first is written.
+pub const UNITS: [(&str, f64); 21] = [
+    (METRE.symbol, METRE.metres),
+    (CENTIMETRE.symbol, CENTIMETRE.metres),
+    (MILLIMETRE.symbol, MILLIMETRE.metres),
+    (INCH.symbol, INCH.metres),
+    (FOOT.symbol, FOOT.metres),
+    ("inch", INCH.metres),
+    ("inches", INCH.metres),
+    ("foot", FOOT.metres),
+    ("feet", FOOT.metres),
+    ("metre", METRE.metres),
+    ("metres", METRE.metres),
+    ("meter", METRE.metres),
+    ("meters", METRE.metres),
+    ("centimetre", CENTIMETRE.metres),
+    ("centimetres", CENTIMETRE.metres),
+    ("centimeter", CENTIMETRE.metres),
+    ("centimeters", CENTIMETRE.metres),
+    ("millimetre", MILLIMETRE.metres),
+    ("millimetres", MILLIMETRE.metres),
+    ("millimeter", MILLIMETRE.metres),
+    ("millimeters", MILLIMETRE.metres),
+];
+
+/// The unit that words in lower case name: `distance_mm`, `range (cm)`, `range in m`. The last one counts: `in` is a word, too.
+pub fn unit_in(words: &str, units: &[(&str, f64)]) -> Option<f64> {
+    let words = words.split(|c: char| !c.is_ascii_alphabetic());
+    words.filter_map(|word| Some(units.iter().find(|unit| unit.0 == word)?.1)).next_back()
+}
+
 /// What numbers of one kind are like.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Expected {
@@ -147,6 +178,16 @@ mod tests {
             let judged = judge_unit(values.clone(), step_of(values.iter().copied()), &LASER_RANGES);
             assert_eq!(judged.unit.symbol, symbol, "{median} in steps of {step}: {judged:?}");
         }
+    }
+
+    #[test]
+    fn names_of_units_are_found_among_other_words() {
+        assert_eq!(
+            ["dist_cm", "range in m", "dist (in)", "span_ft", "unit: millimeters"].map(|name| unit_in(name, &UNITS)),
+            [0.01, 1.0, 0.0254, 0.3048, 1e-3].map(Some)
+        );
+        assert_eq!(unit_in("distance", &UNITS), None);
+        assert_eq!(unit_in("time (ms)", &[("ms", 1e-3)]), Some(1e-3));
     }
 
     #[test]

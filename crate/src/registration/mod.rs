@@ -13,6 +13,7 @@ pub mod correspondences;
 mod cost;
 pub mod degeneracy;
 pub mod factors;
+pub(crate) mod focal_length;
 pub mod free_space;
 pub mod global;
 pub mod icp;

@@ -157,7 +157,8 @@ pub fn read(bytes: &[u8]) -> Result<LaserLog> {
         Some(b'{' | b'[') => csm::read(text),
         _ if cmu::looks_like_cmu(head) => cmu::read(text),
         _ if rostopic::looks_like_rostopic(head) => rostopic::read(text),
-        _ if !carmen::looks_like_carmen(head) && table::looks_like_table(head) => table::read_guessed(text),
+        _ if carmen::looks_like_carmen(head) => carmen::read(text),
+        _ if table::looks_like_table(head) || table::looks_like_column(head) => table::read_guessed(text),
         _ => carmen::read(text),
     }?;
     if log.scans.is_empty() {

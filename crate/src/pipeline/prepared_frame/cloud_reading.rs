@@ -9,7 +9,7 @@ use super::sensor_place::{Extent, is_sensor_at_origin};
 use crate::geometry::PointCloud;
 use crate::geometry::quantile::quantile;
 use crate::io::length_unit::{
-    CENTIMETRE, CLOUD_SIZES, FOOT, INCH, JudgedUnit, LengthUnit, METRE, MILLIMETRE, judge_unit, step_of,
+    CENTIMETRE, CLOUD_SIZES, JudgedUnit, METRE, MILLIMETRE, UNITS, judge_unit, step_of, unit_in,
 };
 use crate::pipeline::assumptions::{Assumption, ReadingSetting, UsualValue};
 use crate::pipeline::spatial_settings::SpatialSettings;
@@ -162,7 +162,7 @@ fn unit_of(
         return (settings.cloud_unit, None);
     }
     if let Some(unit) = unit_in_header(bytes) {
-        return (unit.metres, None);
+        return (unit, None);
     }
     let farthest = extent.low.abs().max(extent.high.abs()).max_element();
     if (MAP_DISTANCE..FARTHEST_ON_MAP).contains(&farthest) {
@@ -186,19 +186,13 @@ fn unit_of(
     (unit.metres, Some(assumption))
 }
 
-/// The unit that a header of a cloud names, in a comment such as `comment unit: mm`.
-fn unit_in_header(bytes: &[u8]) -> Option<LengthUnit> {
+/// Metres of the unit that a header of a cloud names, in a comment such as `comment unit: mm`.
+fn unit_in_header(bytes: &[u8]) -> Option<f64> {
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(HEAD_BYTES)]).to_ascii_lowercase();
     let comments = head.lines().take_while(|line| *line != "end_header" && !line.starts_with("data "));
-    let units = [METRE, CENTIMETRE, MILLIMETRE, INCH, FOOT];
     let named = |line: &str| {
-        let words: Vec<&str> = line.split(|c: char| !c.is_ascii_alphabetic()).collect();
-        let is_unit = |unit: &&LengthUnit| {
-            let name = unit.name.trim_end_matches("res").trim_end_matches("es");
-            words.iter().any(|word| *word == unit.symbol || word.starts_with(name))
-        };
-        let is_said = words.iter().any(|word| word.starts_with("unit"));
-        is_said.then(|| units.iter().find(is_unit).copied()).flatten()
+        let is_said = line.split(|c: char| !c.is_ascii_alphabetic()).any(|word| word.starts_with("unit"));
+        is_said.then(|| unit_in(line, &UNITS)).flatten()
     };
     comments.filter(|line| line.starts_with("comment") || line.starts_with('#')).find_map(named)
 }
@@ -209,12 +203,12 @@ mod tests {
 
     #[test]
     fn a_header_may_say_the_unit() {
-        let unit = |text: &str| unit_in_header(text.as_bytes()).map(|unit| unit.symbol);
-        assert_eq!(unit("ply\nformat ascii 1.0\ncomment units: mm\nend_header\n"), Some("mm"));
-        assert_eq!(unit("# .PCD v0.7\n# unit centimeters\nVERSION 0.7\n"), Some("cm"));
-        assert_eq!(unit("ply\ncomment unit m\nend_header\n"), Some("m"));
-        assert_eq!(unit("ply\ncomment Units: inches\nend_header\n"), Some("in"));
-        assert_eq!(unit("ply\ncomment unit=feet\nend_header\n"), Some("ft"));
+        let unit = |text: &str| unit_in_header(text.as_bytes());
+        assert_eq!(unit("ply\nformat ascii 1.0\ncomment units: mm\nend_header\n"), Some(1e-3));
+        assert_eq!(unit("# .PCD v0.7\n# unit centimeters\nVERSION 0.7\n"), Some(0.01));
+        assert_eq!(unit("ply\ncomment unit m\nend_header\n"), Some(1.0));
+        assert_eq!(unit("ply\ncomment Units: inches\nend_header\n"), Some(0.0254));
+        assert_eq!(unit("ply\ncomment unit=feet\nend_header\n"), Some(0.3048));
         assert_eq!(unit("ply\ncomment made by m\nend_header\n"), None);
     }
 }

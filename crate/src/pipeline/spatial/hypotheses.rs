@@ -1,6 +1,7 @@
 //! The run itself, once for each possible quantisation of the depth, until the data decide.
 
 use super::azimuth_times::AzimuthTimes;
+use super::focal_length::FocalLength;
 use crate::error::Result;
 use crate::geometry::Pose3;
 use crate::graph::loops::clouds::CloudLoops;
@@ -86,6 +87,11 @@ impl Hypotheses {
         }
     }
 
+    /// What the frames say of the focal length that was assumed.
+    pub(super) fn focal_length(&self) -> Option<&FocalLength> {
+        self.best().map(|hypothesis| &hypothesis.focal_length)
+    }
+
     /// The one that fits better so far.
     pub(super) fn best(&self) -> Option<&QuantisationHypothesis> {
         self.0.get(self.best_index())
@@ -146,6 +152,7 @@ pub(super) struct QuantisationHypothesis {
     azimuth_times: AzimuthTimes,
     /// Velocities of the sensor during sweeps, by the number of the frame, that have been found since they were last taken.
     velocities: Vec<(usize, Vector6<f64>)>,
+    focal_length: FocalLength,
     /// Sum over the registered frames of the mean square residual over the mean square depth: a reading that makes
     /// everything smaller makes the residuals smaller, too.
     misfit: f64,
@@ -190,6 +197,7 @@ impl QuantisationHypothesis {
             cloud_loops: is_closing(Method::CloudMap).then(|| CloudLoops::new(config.cloud_options())),
             azimuth_times: AzimuthTimes::new(config),
             velocities: Vec::new(),
+            focal_length: FocalLength::new(config),
             misfit: 0.0,
             num_registered: 0,
         })
@@ -208,6 +216,7 @@ impl QuantisationHypothesis {
                 if let Some(loops) = &mut self.loops {
                     loops.add(number, surfels, &estimate);
                 }
+                self.focal_length.record(surfels, &estimate);
                 // Frames outside the map say nothing of the quantisation.
                 if let Some(registration) = estimate.registration.as_ref().filter(|_| estimate.is_in_map) {
                     let sq_depths: f64 = surfels.image.surfels().map(|surfel| surfel.point.z * surfel.point.z).sum();

@@ -2,6 +2,7 @@
 
 mod azimuth_times;
 mod continuity;
+mod focal_length;
 mod hypotheses;
 mod map;
 mod moved;
@@ -35,6 +36,7 @@ use crate::pipeline::reference::Reference;
 use crate::pipeline::report::{Progress, Stage};
 use crate::pipeline::spatial_report::{SpatialResult, with_origin};
 use crate::pipeline::spatial_settings::{Method, Quantisation, SpatialSettings};
+use crate::pipeline::suggestion::Suggestion;
 
 /// A reconstruction in space.
 ///
@@ -209,7 +211,15 @@ impl SpatialReconstruction {
         let mut assessments = continuity::assessments(self.estimates(), self.hypotheses.surfaces_repeat());
         self.hypotheses.outside_majority().iter().for_each(|&frame| assessments[frame].mark_outside_majority());
         self.range_use.doubt(&mut assessments);
+        if let Some(focal_length) = self.hypotheses.focal_length() {
+            focal_length.doubt(&mut assessments);
+        }
         assessments
+    }
+
+    /// Another focal length than the one that was assumed, if the frames fit each other better with it.
+    fn suggested_focal_length(&self) -> Option<Suggestion> {
+        self.hypotheses.focal_length()?.suggestion()
     }
 
     /// Poses `T_world_sensor` of the frames so far; the world is the frame of the first one.

@@ -76,7 +76,7 @@ impl SpatialReconstruction {
             loops: self.loop_report(),
             num_moved_points: self.moved.num_points,
             comparison,
-            suggestion,
+            suggestion: self.suggested_focal_length().or(suggestion),
             notes,
         }
     }
@@ -94,6 +94,7 @@ impl SpatialReconstruction {
         }
         notes.extend(self.note_on_rest());
         notes.extend(self.range_use.note());
+        notes.extend(self.suggested_focal_length().map(|suggestion| suggestion.text));
         notes.extend(self.hypotheses.notes_on_sweeps());
         notes.extend(self.loop_report().note());
         notes.extend(self.unresolved_note());

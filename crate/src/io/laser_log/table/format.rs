@@ -4,12 +4,11 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::{AngleColumn, Layout, OdometryColumns, PoseColumns, TableFormat};
+use crate::io::length_unit::UNITS;
 use crate::io::text::{number, quote};
 use crate::io::time_unit::DAY;
 use crate::{Error, Result};
 
-pub(super) const UNITS: [(&str, f64); 7] =
-    [("m", 1.0), ("cm", 0.01), ("mm", 1e-3), ("in", 0.0254), ("inches", 0.0254), ("ft", 0.3048), ("feet", 0.3048)];
 pub(super) const TIMES: [(&str, f64); 5] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("d", DAY)];
 /// A hundredth of a right angle (rad).
 const GON: f64 = std::f64::consts::FRAC_PI_2 / 100.0;

@@ -167,13 +167,19 @@ pub(super) fn looks_like_table(head: &[u8]) -> bool {
         && (rows.iter().all(is_scan) || is_readings || guess::is_counted(&rows) || names::are_scans(&names))
 }
 
+/// Whether the beginning of a file is a number a line, which may be the ranges of a scan.
+pub(super) fn looks_like_column(head: &[u8]) -> bool {
+    let Table { rows, .. } = Table::read(head, numbers::GUESS_LINES);
+    rows.len() >= numbers::GUESS_LINES && rows.iter().all(|row| row.values.len() == 1 && row.words.is_empty())
+}
+
 /// Reads a table whose format is guessed, and says how it was read.
 #[inline(never)]
 pub(super) fn read_guessed(text: &[u8]) -> Result<LaserLog> {
     let table = Table::read(text, usize::MAX);
     let Guess { format, doubt, note } = guess_of(&table)?;
     if let Some(doubt) = doubt {
-        let turned = if guess::field_of_view(table.rows.len()).is_some() {
+        let turned = if table.width() > 1 && guess::field_of_view(table.rows.len()).is_some() {
             format!("; if a column is a scan, as the {} lines may mean, write a scan a line", table.rows.len())
         } else {
             String::new()

@@ -1,7 +1,8 @@
 //! What the names above the columns of a table say: which columns are ranges, and in which units numbers are.
 
-use super::format::{TIMES, UNITS};
+use super::format::TIMES;
 use crate::io::laser_log::units::MAX_RADIANS;
+use crate::io::length_unit::UNITS;
 
 /// A line of a scan has this many numbers at least: a pose has 16 at the most.
 pub(super) const MIN_SCAN_NUMBERS: usize = 24;
@@ -165,14 +166,6 @@ fn is_unit(word: &str) -> bool {
     ["deg", "rad", "degrees", "radians"].contains(&word) || UNITS.iter().chain(&TIMES).any(|(name, _)| *name == word)
 }
 
-/// The unit of a list that a name says: `distance_mm`, `range (cm)`, `range in m`. The last one counts: `in` is a word, too.
-pub(super) fn unit_in(name: &str, units: &[(&str, f64)]) -> Option<f64> {
-    let words = name.split(|c: char| !c.is_ascii_alphabetic()).filter(|word| !word.is_empty());
-    let known: Vec<(usize, f64)> =
-        words.enumerate().filter_map(|(at, word)| Some((at, units.iter().find(|unit| unit.0 == word)?.1))).collect();
-    known.last().map(|&(_, unit)| unit)
-}
-
 /// Whether a column of this name may be the bearing of a reading: `scan_angle`, `theta`, or anything in degrees or radians
 /// (`sensor_deg`) that is not called as a heading.
 pub(super) fn may_be_bearing(name: &str) -> bool {
@@ -226,12 +219,6 @@ mod tests {
         assert_eq!(
             ["odom_x (m)", "pose.theta_deg", "x", "odo_th", "yaw [rad]"].map(bare),
             ["x", "theta", "x", "th", "yaw"]
-        );
-        assert_eq!(unit_in("dist_cm", &UNITS), Some(0.01));
-        assert_eq!(unit_in("time (ms)", &TIMES), Some(1e-3));
-        assert_eq!(
-            ["range in m", "dist (in)", "span_ft"].map(|name| unit_in(name, &UNITS)),
-            [1.0, 0.0254, 0.3048].map(Some)
         );
         let bearings = ["angle", "scan_angle", "servo", "sensor_deg", "angle (°)", "theta"].map(may_be_bearing);
         assert_eq!(bearings, [true; 6]);

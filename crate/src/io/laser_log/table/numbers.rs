@@ -28,7 +28,8 @@ pub(super) fn is_time(rows: &[Row], column: usize) -> bool {
     let inner = if column < MAX_TIME_COLUMN { column + 1 } else { column - 1 };
     let is_unlike = |row: &Row| {
         let [Some(value), Some(next)] = [row.values.get(column), row.values.get(inner)] else { return false };
-        (value - next).abs() > UNLIKE * value.abs().max(next.abs())
+        // Where the next beam has no number, the line does not tell.
+        next.is_nan() || (value - next).abs() > UNLIKE * value.abs().max(next.abs())
     };
     let is_outer = column < MAX_TIME_COLUMN || column + MAX_TIME_COLUMN >= width;
     is_outer && rows.len() >= MIN_GROWING_LINES && is_growing(rows, column) && rows.iter().all(is_unlike)

@@ -1,11 +1,12 @@
 //! The columns beside the ranges: the time, and where the robot was.
 
-use super::format::{TIMES, UNITS};
-use super::names::{CLOCKS, HEADINGS, bare, heading_unit, unit_in};
+use super::format::TIMES;
+use super::names::{CLOCKS, HEADINGS, bare, heading_unit};
 use super::numbers::{MAX_METRES, time_unit};
 use super::rows::{Row, Table};
 use super::{OdometryColumns, PoseColumns};
 use crate::io::laser_log::units::MAX_RADIANS;
+use crate::io::length_unit::{UNITS, unit_in};
 
 /// The columns that hold no ranges.
 pub(super) struct OtherColumns<'a> {

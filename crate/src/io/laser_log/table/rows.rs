@@ -5,9 +5,9 @@ use std::borrow::Cow;
 
 use super::super::fields::is_comment;
 use super::clock::clock;
-use super::format::UNITS;
 use super::names::{MIN_SCAN_NUMBERS, are_scans, is_pose, series};
 use crate::io::laser_log::units::MAX_RADIANS;
+use crate::io::length_unit::UNITS;
 use crate::io::text::{lines, number};
 
 /// A comment that begins so says what the columns are.

@@ -3,12 +3,12 @@
 
 use std::f64::consts::TAU;
 
-use super::format::{SAY_COLUMNS, UNITS};
-use super::names::{BEAMS, HEADINGS, MIN_SCAN_NUMBERS, RANGES, bare, may_be_bearing, series, unit_in};
+use super::format::SAY_COLUMNS;
+use super::names::{BEAMS, HEADINGS, MIN_SCAN_NUMBERS, RANGES, bare, may_be_bearing, series};
 use super::rows::{Row, Table};
 use super::{AngleColumn, Layout, OdometryColumns, TableFormat};
 use crate::io::laser_log::units::MAX_RADIANS;
-use crate::io::length_unit::JudgedUnit;
+use crate::io::length_unit::{JudgedUnit, UNITS, unit_in};
 use crate::{Error, Result};
 
 mod ranges;
@@ -124,6 +124,9 @@ pub(super) fn guess(table: &Table) -> Result<Guess> {
     if is_counted(&rows[..rows.len().min(GUESS_LINES)]) {
         return Ok(guess_counted(table, 0, 1));
     }
+    if rows.len() >= MIN_SCAN_NUMBERS && rows.iter().all(|row| row.values.len() == 1) {
+        return Ok(guess_column(table));
+    }
     let rows = &rows[..rows.len().min(GUESS_LINES)];
     if is_breezy(rows) {
         return Ok(breezy().into());
@@ -186,6 +189,21 @@ fn guess_counted(table: &Table, beam: usize, range: usize) -> Guess {
     let start = if angle.is_some() { start - begin * step } else { start };
     let format = TableFormat::of(Layout::ReadingPerLine { range, angle }, start, step);
     Guess { doubt, ..with_columns_beside(table, format, beam, range) }
+}
+
+/// A number a line: the ranges of one scan, if they are some.
+fn guess_column(table: &Table) -> Guess {
+    let readings: Vec<f64> = table.rows.iter().map(|row| row.values[0]).collect();
+    let count = readings.len();
+    let (start, step, _) = view_of(count, || Some(0.0));
+    let layout = Layout::ReadingPerLine { range: 0, angle: None };
+    let (unit, note) = unit_told(table.unit, &table.names, readings);
+    let doubt = format!(
+        "The numbers may make one scan of {count} readings, {:.4} degrees apart from {:.4} degrees on, which nothing says.",
+        step.to_degrees(),
+        start.to_degrees()
+    );
+    Guess { format: TableFormat { unit, ..TableFormat::of(layout, start, step) }, doubt: Some(doubt), note }
 }
 
 /// The format of a reading a line with its unit, and what the columns beside its bearing (an angle or the number of a beam) and
