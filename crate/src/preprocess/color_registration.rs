@@ -210,6 +210,43 @@ mod tests {
     }
 
     #[test]
+    fn sums_give_the_means_of_the_slopes() {
+        let (width, height) = (130, 124);
+        let noise = |index: usize| [(index as u32).wrapping_mul(2_654_435_761).to_be_bytes()[0]; 3];
+        let brightness =
+            Brightness::new(&ColorImage { width, height, pixels: (0..width * height).map(noise).collect() });
+        let sums = [SlopeSums::along_rows(&brightness), SlopeSums::along_columns(&brightness)];
+        let mut num_places = 0;
+        for (column, row) in (0..height).flat_map(|row| (0..width).map(move |column| (column, row))) {
+            let places = [(row, column), (column, row)];
+            for (axis, (sums, (line, pixel))) in sums.iter().zip(places).enumerate() {
+                let slope = |off: isize| {
+                    let moved = pixel.checked_add_signed(off)?;
+                    let [column, row] = if axis == 0 { [moved, line] } else { [line, moved] };
+                    let bound = f64::from(MAX_SLOPE) * SLOPE_UNIT;
+                    Some(brightness.gradient(0, column, row)?[axis].abs().min(bound))
+                };
+                let mean = |offs: &[isize]| {
+                    let slopes = offs.iter().map(|&off| slope(off)).collect::<Option<Vec<f64>>>()?;
+                    Some(slopes.iter().sum::<f64>() / slopes.len() as f64)
+                };
+                let beside: Vec<isize> = (-24..=24_isize).filter(|off| off.abs() >= 5).collect();
+                let expected = mean(&[-1, 0, 1]).zip(mean(&beside));
+                let found = sums.at_outline(line, pixel);
+                assert_eq!(found.is_some(), expected.is_some(), "axis {axis}, {line}, {pixel}");
+                if let Some(([on, off], (expected_on, expected_off))) = found.zip(expected) {
+                    assert!(
+                        (on - expected_on).abs() < 1e-9 && (off - expected_off).abs() < 1e-9,
+                        "axis {axis}, {line}, {pixel}"
+                    );
+                    num_places += 1;
+                }
+            }
+        }
+        assert!(num_places > 1000, "{num_places} places");
+    }
+
+    #[test]
     fn few_outlines_decide_nothing_and_those_of_all_frames_add_up() {
         let mut sum = OutlineContrast::default();
         assert!(!sum.is_misaligned());
