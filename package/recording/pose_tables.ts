@@ -141,8 +141,8 @@ function ofAngles(lines: readonly string[]): string | null {
 /** Rows without names whose numbers have decimal commas, with points. */
 function ofCommas(lines: readonly string[]): string | null {
   const rows = lines.filter((line) => !line.startsWith('#'));
-  const areNumbers = rows.every((row) => /^[-+\d.,;\seE]+$/.test(row));
-  return areNumbers && haveDecimalCommas(rows) ? rows.map((row) => `${row.replaceAll(',', '.')}\n`).join('') : null;
+  if (!haveDecimalCommas(rows) || !rows.every((row) => /^[-+\d.,;\seE]+$/.test(row))) return null;
+  return rows.map((row) => `${row.replaceAll(',', '.')}\n`).join('');
 }
 
 /** A table whose first line names the columns, one of them in a convention that the engine leaves out. */

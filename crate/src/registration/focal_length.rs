@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix6, Point3, Vector3, Vector6};
 
 use super::factors::{Correspondence, PointToPlane};
 use super::icp::{IcpOptions, register_with};
@@ -116,17 +116,29 @@ impl Row {
         camera: &Pinhole,
     ) -> Option<Self> {
         let (point, normal) = (target.point(pair.target), target.normal(pair.target)?);
-        let moved = T_target_source * nalgebra::Point3::from(*source);
-        let turn = moved.coords.cross(&normal);
-        let widened = T_target_source.rotation * by_log_ratio(source) - by_log_ratio(&point);
+        let moved = (T_target_source * Point3::from(*source)).coords;
+        let (by_pose, by_focal_length) = derivatives(source, T_target_source, &point, &normal);
         Some(Self {
-            residual: normal.dot(&(moved.coords - point)),
+            residual: normal.dot(&(moved - point)),
             weight: pair.weight,
-            by_pose: Vector6::new(turn.x, turn.y, turn.z, normal.x, normal.y, normal.z),
-            by_focal_length: normal.dot(&widened),
+            by_pose,
+            by_focal_length,
             cluster: cluster(source, camera),
         })
     }
+}
+
+/// Derivatives of the distance of a source point from the plane of its partner: by a small turn and shift in the target's frame, and by
+/// the logarithm of the focal length, which moves both points.
+fn derivatives(
+    source: &Vector3<f64>,
+    T_target_source: &Pose3,
+    point: &Vector3<f64>,
+    normal: &Vector3<f64>,
+) -> (Vector6<f64>, f64) {
+    let turn = (T_target_source * Point3::from(*source)).coords.cross(normal);
+    let widened = T_target_source.rotation * by_log_ratio(source) - by_log_ratio(point);
+    (Vector6::new(turn.x, turn.y, turn.z, normal.x, normal.y, normal.z), normal.dot(&widened))
 }
 
 /// The square of the image that a point lies in.
@@ -157,4 +169,45 @@ fn scaled_image(image: &SurfelImage, ratio: f64) -> SurfelImage {
     let camera = Pinhole { fx: image.camera.fx * ratio, fy: image.camera.fy * ratio, ..image.camera };
     let cells = image.cells.iter().map(|cell| cell.as_ref().map(|surfel| scaled(surfel, ratio))).collect();
     SurfelImage { camera, cells: Arc::new(cells), ..image.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STEP: f64 = 1e-6;
+
+    fn surfel(point: Vector3<f64>) -> Surfel {
+        Surfel { point, normal: Vector3::new(0.3, -0.5, -0.8).normalize(), sigma: 0.01 }
+    }
+
+    #[test]
+    fn derivatives_are_those_of_differences() {
+        let (source, target) = (surfel(Vector3::new(0.7, -0.4, 2.1)), surfel(Vector3::new(0.5, -0.2, 2.0)));
+        let T_target_source = Pose3::new(Vector3::new(-0.2, 0.1, 0.05), Vector3::new(0.1, -0.3, 0.2));
+        let distance = |change: Vector6<f64>, log_ratio: f64| {
+            let [source, partner] = [&source, &target].map(|surfel| scaled(surfel, log_ratio.exp()).point);
+            let moved =
+                Pose3::new(change.fixed_rows::<3>(3).into(), change.fixed_rows::<3>(0).into()) * T_target_source;
+            target.normal.dot(&((moved * Point3::from(source)).coords - partner))
+        };
+        let (by_pose, by_focal_length) = derivatives(&source.point, &T_target_source, &target.point, &target.normal);
+        for axis in 0..6 {
+            let step = Vector6::from_fn(|row, _| if row == axis { STEP } else { 0.0 });
+            let difference = (distance(step, 0.0) - distance(-step, 0.0)) / (2.0 * STEP);
+            assert!((difference - by_pose[axis]).abs() < 1e-8, "axis {axis}: {difference} and {}", by_pose[axis]);
+        }
+        let difference = (distance(Vector6::zeros(), STEP) - distance(Vector6::zeros(), -STEP)) / (2.0 * STEP);
+        assert!((difference - by_focal_length).abs() < 1e-8, "{difference} and {by_focal_length}");
+    }
+
+    #[test]
+    fn a_scaled_surfel_lies_in_the_scaled_plane() {
+        let here = surfel(Vector3::new(0.7, -0.4, 2.1));
+        let along = here.normal.cross(&Vector3::new(0.2, 0.9, 0.1));
+        let there = surfel(here.point + along);
+        let [scaled_here, scaled_there] = [&here, &there].map(|surfel| scaled(surfel, 1.2));
+        assert!(scaled_here.normal.dot(&(scaled_there.point - scaled_here.point)).abs() < 1e-12);
+        assert!(here.normal.dot(&(scaled_there.point - scaled_here.point)).abs() > 1e-3);
+    }
 }
