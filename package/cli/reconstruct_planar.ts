@@ -1,7 +1,14 @@
 /** Planar scans to a trajectory, a map and a report. */
 import { basename } from 'node:path';
 import { zipSync } from 'fflate';
-import type { CleaningReport, Reconstruction, ReconstructionResult, RefusedEdit } from '../../pkg/scanstitch.js';
+import type {
+  ChangeKind,
+  CleaningReport,
+  Reconstruction,
+  ReconstructionResult,
+  RecordingChanges,
+  RefusedEdit,
+} from '../../pkg/scanstitch.js';
 import type { Note } from '../base/errors.js';
 import { printable } from '../base/printable.js';
 import type { Content } from '../files/content.js';
@@ -50,11 +57,13 @@ export async function reconstructPlanar(task: Task) {
     throw new CommandError('No scan could be placed, so nothing was written.');
   }
   const map = mapFile(reconstruction, options);
+  const changes = reconstruction.changes();
   await writeResults(options.out, {
     'trajectory.tum': reconstruction.trajectory_tum(),
     [map.name]: map.bytes,
     ...gridFiles(reconstruction),
     'report.json': reconstruction.report_json(),
+    ...(changes.length > 0 && { 'changes.json': `${JSON.stringify(changes, null, 2)}\n` }),
     ...reportFile(result, reconstruction.map_points(), task),
     ...(await alsoWanted(task, reconstruction, {
       ...{ num_scans: result.frames.length, settings, steps: steps?.steps ?? [] },
@@ -70,7 +79,18 @@ export async function reconstructPlanar(task: Task) {
     note(`${odometry} gives the first guess of every scan.`);
   }
   result.notes.forEach((text) => (text === result.odometry_refusal ? complain(text) : note(text)));
+  changes.forEach((of) => note(changeWords(of)));
   print(`${frameTable(result, milliseconds)}\n${headline(result, total)}Written to ${printable(options.out)}\n`);
+}
+
+/** What a recording shows otherwise than those before it. */
+function changeWords({ name, changes }: RecordingChanges) {
+  const count = (wanted: ChangeKind) => changes.filter(({ kind }) => kind === wanted).length;
+  const [largest] = changes;
+  if (!largest) return `${name} shows nothing new, and nothing gone.`;
+  const [x, y] = largest.middle.map((value) => value.toFixed(1));
+  const size = `${largest.size.toFixed(1)} m at ${x}, ${y}`;
+  return `Since the recordings before ${name}, ${count('new')} things are new and ${count('gone')} gone, the largest ${size}; see changes.json.`;
 }
 
 /** The scans, under short names where those are distinct. */

@@ -75,6 +75,43 @@ test('a map and a drive that are dropped together: each scan is found, told in w
   await expect(view.getByText(FOUND, { exact: true })).toBeInViewport();
 });
 
+test('particles beside the exact places: they follow the slider, and other numbers start them anew', async ({
+  empty: app,
+  page,
+}) => {
+  await app.drop([...MAP, ...DRIVE]);
+  const view = viewOf(page);
+  await expect(view.getByText(FOUND, { exact: true })).toBeVisible();
+  await view.getByRole('button', { name: 'Compare with a particle filter' }).click();
+  const panel = view.getByRole('region', { name: 'Monte Carlo' });
+  const words = panel.locator('dt:has-text("Effective particles") + dd');
+  await expect(words).toContainText(`of 2 000, scan ${NUM_SCANS}`);
+  const shares = panel.getByRole('table', { name: 'Exact and by particles' });
+  await expect(shares.getByRole('row').last()).toContainText('elsewhere');
+  const atEnd = await words.innerText();
+
+  await view.getByRole('slider').press('Home');
+  await expect(words).toContainText('of 2 000, scan 1');
+
+  // The same seed draws the same numbers.
+  await view.getByRole('slider').press('End');
+  await expect(words).toHaveText(atEnd);
+  await panel.getByLabel('Particles', { exact: true }).fill('500');
+  await panel.getByLabel('Particles', { exact: true }).press('Enter');
+  await expect(words).toContainText(`of 500, scan ${NUM_SCANS}`);
+
+  // Out of its limits: nothing changes.
+  await panel.getByLabel('Beams').fill('0');
+  await panel.getByLabel('Beams').press('Enter');
+  await expect(words).toContainText(`of 500, scan ${NUM_SCANS}`);
+
+  await view.getByRole('button', { name: 'Layers' }).click();
+  await view.getByRole('checkbox', { name: 'Likelihood of a return' }).check();
+  await view.getByRole('button', { name: 'Hide the particles' }).click();
+  await expect(panel).toBeHidden();
+  await expect(view.getByRole('checkbox', { name: 'Particles' })).toBeHidden();
+});
+
 test('a map alone is drawn and asks for a recording, which is found in it, or not', async ({ empty: app, page }) => {
   await app.drop(MAP);
   const view = viewOf(page);

@@ -3,11 +3,15 @@
 use std::rc::Rc;
 
 use nalgebra::{Matrix3, Vector2, Vector3};
-use scanstitch::geometry::{Pose2, RigidMotion};
+use scanstitch::geometry::{PointCloud, Pose2, RigidMotion};
 use scanstitch::map::occupancy_grid::OccupancyGrid;
 use scanstitch::odometry::assessment::Status;
-use scanstitch::odometry::localization::{Localizer, Location, MapField, Place, Verdict};
+use scanstitch::odometry::localization::{
+    Localizer, Location, MapField, ParticleFilter, ParticleOptions, Place, Verdict,
+};
 use scanstitch::odometry::planar::MeasuredMotion;
+use scanstitch::pipeline::Settings;
+use scanstitch::pipeline::planar::{ParticleRun, Reconstruction};
 use scanstitch::preprocess::planar_scan::PlanarScan;
 use scanstitch_scene::ambiguous::{self, Ambiguity};
 use scanstitch_scene::laser::Laser;
@@ -145,4 +149,53 @@ fn a_square_room_gives_its_four_places_and_none_of_them_is_certain() {
     let truth = recording.T_world_sensor[7];
     let is_truth = |place: &&&Place| (place.T_world_sensor.inverse() * truth).translation_norm() < 0.1;
     assert_eq!(places.iter().filter(is_truth).count(), 1, "one of them is the true one");
+}
+
+#[test]
+fn enough_particles_gather_where_the_robot_is() {
+    let recording = generate(&OfficeOptions { seed: 3, num_scans: 40, ..OfficeOptions::default() });
+    let scans = scans_of(&recording);
+    let field = Rc::new(MapField::new(&grid_of(&recording, &scans)));
+    let options = ParticleOptions { num_particles: 20_000, ..ParticleOptions::default() };
+    let mut filter = ParticleFilter::new(&field, options).expect("the map is usable");
+    for (scan, motion) in scans.iter().zip(motions(&recording.T_world_sensor, 7)) {
+        filter.add_scan(scan, motion.as_ref());
+        let sum: f64 = filter.particles().iter().map(|particle| particle.weight).sum();
+        assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+        assert!((1.0..=20_000.0 + 1e-6).contains(&filter.effective_number()), "{}", filter.effective_number());
+    }
+    let truth = recording.T_world_sensor[39].inverse();
+    let near = filter.particles().iter().filter(|particle| (truth * particle.T_world_sensor).translation_norm() < 0.5);
+    let weight: f64 = near.map(|particle| particle.weight).sum();
+    assert!(weight > 0.95, "{weight}");
+}
+
+#[test]
+fn particles_at_an_earlier_scan_are_those_of_a_run_that_ends_there() {
+    let recording = generate(&OfficeOptions { seed: 3, num_scans: 30, ..OfficeOptions::default() });
+    let scans = scans_of(&recording);
+    let grid = grid_of(&recording, &scans);
+    let mut reconstruction = Reconstruction::new(Settings::default()).expect("the settings are right");
+    for (index, scan) in scans.iter().enumerate() {
+        let positions = scan.points.iter().map(|p| [p.x as f32, p.y as f32, 0.0].into()).collect();
+        reconstruction.add_scan(&format!("{index}.ply"), PointCloud::from_positions(positions)).expect("it is sound");
+    }
+    let mut localization = reconstruction.localization(&grid).expect("the map is usable");
+    while localization.step() {}
+    // So many that not all scans' particles are kept.
+    let options = ParticleOptions { num_particles: 100_000, num_beams: 1, ..ParticleOptions::default() };
+    let at = |run: &mut ParticleRun, scan: usize| {
+        while run.step_towards(scan) {}
+        assert_eq!(run.last(), Some(scan));
+        run.particles().collect::<Vec<_>>()
+    };
+    let fresh = |scan: usize| at(&mut localization.particle_run(options).expect("the options are right"), scan);
+    let mut run = localization.particle_run(options).expect("the options are right");
+    let at_end = at(&mut run, 29);
+    for scan in [28, 7, 8, 0, 15, 29] {
+        assert!(at(&mut run, scan) == fresh(scan), "scan {scan}");
+    }
+    assert!(at_end == fresh(29) && at_end != fresh(28));
+    let other = localization.particle_run(ParticleOptions { seed: 2, ..options }).expect("the options are right");
+    assert!(at(&mut { other }, 29) != at_end);
 }

@@ -13,6 +13,7 @@ pub(crate) mod point_times;
 pub(crate) mod pose;
 pub(crate) mod pose_distance;
 pub(crate) mod quantile;
+pub mod random;
 pub(crate) mod rotation;
 pub(crate) mod scalar;
 pub(crate) mod triangle_mesh;

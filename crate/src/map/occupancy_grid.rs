@@ -8,6 +8,7 @@
 //! Where the sensor and the robot were, nothing else was: a planner that starts there needs these cells to be free, whatever
 //! the beams of other scans say.
 
+mod changes;
 mod edits;
 
 use std::fmt::Write as _;
@@ -18,6 +19,7 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::{Pose2, RigidMotion};
 use crate::io::occupancy_map::{FREE_THRESH, OCCUPIED_THRESH, OccupancyMap};
 use crate::preprocess::planar_scan::PlanarScan;
+pub use changes::{Change, ChangeKind};
 pub use edits::Shape;
 
 /// The state of a cell.

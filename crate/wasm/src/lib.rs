@@ -38,6 +38,8 @@ mod mending;
 mod objects;
 mod occupancy_grid;
 #[cfg(feature = "full")]
+mod particles;
+#[cfg(feature = "full")]
 mod picture;
 mod planar;
 #[cfg(feature = "full")]

@@ -16,7 +16,7 @@ use scanstitch::pipeline::planar::{Localization as Run, LocalizationResult, Loca
 /// when it is no longer used.
 #[wasm_bindgen]
 pub struct Localization {
-    run: Run,
+    pub(crate) run: Run,
 }
 
 #[wasm_bindgen]
@@ -94,6 +94,14 @@ impl Localization {
         let placed = self.run.locations().get(scan).and_then(|location| location.place).zip(self.run.scans().get(scan));
         let points = placed.iter().flat_map(|(place, scan)| scan.points.iter().map(|p| place.T_world_sensor.act(p)));
         points.flat_map(|p| [p.x as f32, p.y as f32]).collect()
+    }
+
+    /// The likelihood field of the map: how likely a return in each cell is, row by row from the largest y down, from 0 to 255 in its
+    /// logarithm.
+    pub fn likelihood_field(&self) -> Vec<u8> {
+        let (scores, width) = self.run.likelihood_field();
+        let rows = scores.chunks(width.max(1)).rev();
+        rows.flatten().map(|score| (255.0 * score).round() as u8).collect()
     }
 
     /// The trajectory in TUM's format, a line for every scan whose place is certain.

@@ -9,6 +9,7 @@ use crate::point_cloud::{MapFormat, map_format};
 use crate::{Reconstruction, plain};
 use scanstitch::io::laser_log::table::{self, TableFacts};
 use scanstitch::io::{laser_log, point_cloud, trajectory};
+use scanstitch::pipeline::planar::RecordingChanges;
 use scanstitch::pipeline::report::AddedLog;
 
 #[wasm_bindgen]
@@ -26,6 +27,16 @@ impl Reconstruction {
         };
         let log = log.map_err(|error| error.in_file(name))?;
         Ok(plain(&self.engine.add_log(name, &log)))
+    }
+
+    /// What each recording that is joined with earlier ones shows otherwise than they do, in the main piece of the map; empty before the
+    /// run is done.
+    ///
+    /// # Errors
+    /// No input causes an error.
+    #[wasm_bindgen(unchecked_return_type = "RecordingChanges[]")]
+    pub fn changes(&self) -> Result<Vec<Ts<RecordingChanges>>, Thrown> {
+        Ok(self.engine.changes().iter().map(plain).collect())
     }
 
     /// Sets the odometry for the initial guesses, rows of `id x y theta`, TUM, or the paths of two wheels under names, and restarts the

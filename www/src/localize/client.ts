@@ -3,7 +3,17 @@ import { LatestQuery } from '../engine/latest-query.js';
 import type { Inputs, Settings } from '../engine/protocol.js';
 import { WorkerDied } from '../engine/remote.js';
 import { type WorkerFaults, WorkerHost } from '../engine/worker-host.js';
-import type { Files, GridPicture, LocalizeApi, LocalizeEvent, MapSource, ScanDetails, ScansRead } from './protocol.js';
+import type {
+  Files,
+  GridPicture,
+  LocalizeApi,
+  LocalizeEvent,
+  MapSource,
+  ParticleOptions,
+  ParticleState,
+  ScanDetails,
+  ScansRead,
+} from './protocol.js';
 import workerUrl from './localize-worker.ts?worker&url';
 
 export interface LocalizeListener extends WorkerFaults {
@@ -80,6 +90,14 @@ export class LocalizeClient {
 
   file<K extends keyof Files>(kind: K): Promise<Files[K]> {
     return this.#host.call('file', kind) as Promise<Files[K]>;
+  }
+
+  particles(options: ParticleOptions, scan: number): Promise<ParticleState> {
+    return this.#host.call('particles', options, scan);
+  }
+
+  likelihoodField(): Promise<Uint8Array> {
+    return this.#host.call('likelihoodField');
   }
 
   dispose(): void {

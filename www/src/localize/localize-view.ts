@@ -26,6 +26,7 @@ import './located-map.js';
 import { type Dropped, understandDrop } from './opening.js';
 import type { Files, Located } from './protocol.js';
 import { statusColors } from './paint.js';
+import { particlePanel } from './particle-panel.js';
 import { mapWords, scanPanel } from './scan-panel.js';
 import { LocalizeSession } from './session.js';
 import { localizeStyles } from './styles.js';
@@ -238,11 +239,13 @@ export class ScanstitchLocalize extends LitElement {
           .track=${track}
           .selected=${selected}
           .details=${shown}
+          .particles=${session.particles?.state?.values ?? null}
+          .likelihoods=${session.particles && session.likelihoods}
           .description=${map ? mapWords(map.name, [width * resolution, height * resolution], shown) : ''}
           ?dark=${this.dark}
           @scan-selected=${({ detail }: CustomEvent<number | null>) => session.select(detail)}
         ></scanstitch-located-map>
-        ${located ? html`<aside aria-label="Details">${this.renderSummary(located)} ${details ? scanPanel(details) : nothing}</aside>` : nothing}
+        ${located ? this.renderDetails(located) : nothing}
       </main>
       ${
         track
@@ -255,6 +258,20 @@ export class ScanstitchLocalize extends LitElement {
             ></scanstitch-timeline>`
           : nothing
       }`;
+  }
+
+  private renderDetails(located: Located): TemplateResult {
+    const { session } = this;
+    const { details, particles, phase } = session;
+    return html`<aside aria-label="Details">
+      ${this.renderSummary(located)} ${details ? scanPanel(details) : nothing}
+      ${particles ? particlePanel(particles, details, (options) => session.chooseParticles(options)) : nothing}
+      <p>
+        <button aria-pressed=${particles !== null} ?disabled=${phase === 'running'} @click=${() => session.toggleParticles()}>
+          ${particles ? 'Hide the particles' : 'Compare with a particle filter'}
+        </button>
+      </p>
+    </aside>`;
   }
 
   private renderSummary({ outcome: { summary, notes } }: Located): TemplateResult | typeof nothing {

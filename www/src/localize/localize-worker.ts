@@ -1,7 +1,7 @@
 /** The thread of the localisation: the map, the scans, and where they are. It reads its messages between two scans. */
 import { localizationPixels } from '../../../package/report/localization_pixels.js';
 import { otherMessages } from '../engine/other-messages.js';
-import { init, type Localization, OccupancyGrid, Reconstruction } from '../engine/package.js';
+import { init, type Localization, OccupancyGrid, ParticleFilter, Reconstruction } from '../engine/package.js';
 import { addScans, attempt } from '../engine/reading.js';
 import { emit, nothingLoaded, reportCrash, serve, type Served } from '../engine/serve.js';
 import type {
@@ -11,6 +11,8 @@ import type {
   LocalizeApi,
   LocalizeEvent,
   MapSource,
+  ParticleOptions,
+  ParticleState,
   ScanDetails,
   ScansRead,
 } from './protocol.js';
@@ -25,6 +27,8 @@ const TOLD_SHARE = 0.1;
 let map: OccupancyGrid | null = null;
 let reconstruction: Reconstruction | null = null;
 let localization: Localization | null = null;
+/** Over the scans that are located, with options as text. */
+let particles: { filter: ParticleFilter; options: string } | null = null;
 /** The order being worked on; zero: none. */
 let currentRun = 0;
 
@@ -77,6 +81,11 @@ const api: Served<LocalizeApi> = {
 
   scan: (index) => details(result(), index),
   file: <K extends keyof Files>(kind: K) => file(kind) as Files[K],
+  particles: particlesAt,
+
+  likelihoodField() {
+    return result().likelihood_field();
+  },
 };
 
 function readMap(source: MapSource): OccupancyGrid {
@@ -136,6 +145,29 @@ function file(kind: keyof Files): Files[keyof Files] {
   return { width, height, rgba };
 }
 
+function particlesAt(chosen: ParticleOptions, scan: number): ParticleState {
+  const options = JSON.stringify(chosen);
+  if (particles?.options !== options) {
+    const filter = new ParticleFilter(result(), chosen);
+    forgetParticles();
+    particles = { filter, options };
+  }
+  const { filter } = particles;
+  const end = performance.now() + SLICE_MS;
+  const passed: ParticleState['passed'] = [];
+  let isThere = false;
+  while (!isThere && performance.now() < end) {
+    isThere = !filter.step_towards(scan);
+    passed.push([filter.last(), filter.effective_number()]);
+  }
+  return { scan: filter.last(), isThere, values: filter.particles(), passed };
+}
+
+function forgetParticles(): void {
+  particles?.filter.free();
+  particles = null;
+}
+
 function result(): Localization {
   if (!localization) throw nothingLoaded();
   return localization;
@@ -143,6 +175,7 @@ function result(): Localization {
 
 function forgetResult(): void {
   currentRun = 0;
+  forgetParticles();
   localization?.free();
   localization = null;
 }

@@ -7,7 +7,7 @@ import { shared } from '../components/theme.js';
 import { context2d } from '../views/canvas.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { fitted, type Turns } from '../views/viewport.js';
-import { mapLevels } from './map-levels.js';
+import { fieldLevels, mapLevels } from './map-levels.js';
 import { type LocatedScene, paintScene, type SceneLayers } from './paint.js';
 import type { GridPicture, ScanDetails } from './protocol.js';
 import { locatedMapStyles } from './styles.js';
@@ -17,6 +17,8 @@ import { fire } from '../components/fire.js';
 /** Room around the map: for the buttons to its right, and the scale bar. */
 const MARGIN = { top: 20, right: 56, bottom: 44, left: 20 };
 const LAYERS: Record<keyof SceneLayers, string> = {
+  field: 'Likelihood of a return',
+  particles: 'Particles',
   trajectory: 'Trajectory',
   places: 'Places of the scan',
   returns: 'Returns of the scan',
@@ -33,10 +35,21 @@ export class ScanstitchLocatedMap extends FlatMap {
   @property({ attribute: false }) track: Track | null = null;
   @property({ attribute: false }) selected = 0;
   @property({ attribute: false }) details: ScanDetails | null = null;
+  /** x, y, theta and weight of each particle, where there are any. */
+  @property({ attribute: false }) particles: Float32Array | null = null;
+  /** Of the cells, 0 to 255, where they are known. */
+  @property({ attribute: false }) likelihoods: Uint8Array | null = null;
 
-  @state() private layers: SceneLayers = { trajectory: true, returns: true, places: true };
+  @state() private layers: SceneLayers = {
+    field: false,
+    particles: true,
+    trajectory: true,
+    returns: true,
+    places: true,
+  };
 
   private levelsOf = memoizeLast(mapLevels);
+  private fieldLevelsOf = memoizeLast(fieldLevels);
   private knownOf = memoizeLast(boundsOf);
 
   protected override updated(changed: PropertyValues<this>): void {
@@ -54,11 +67,13 @@ export class ScanstitchLocatedMap extends FlatMap {
 
   protected override renderLayers(): TemplateResult {
     return layerList(
-      (Object.keys(LAYERS) as (keyof SceneLayers)[]).map((name) =>
-        layerBox(LAYERS[name], name, this.layers[name], (isShown) => {
-          this.layers = { ...this.layers, [name]: isShown };
-        }),
-      ),
+      (Object.keys(LAYERS) as (keyof SceneLayers)[])
+        .filter((name) => this.likelihoods || (name !== 'field' && name !== 'particles'))
+        .map((name) =>
+          layerBox(LAYERS[name], name, this.layers[name], (isShown) => {
+            this.layers = { ...this.layers, [name]: isShown };
+          }),
+        ),
     );
   }
 
@@ -81,8 +96,10 @@ export class ScanstitchLocatedMap extends FlatMap {
   }
 
   private scene(): LocatedScene {
-    const { grid, track, selected, details, layers, dark } = this;
-    return { map: grid && this.levelsOf(grid, dark), track, selected, details, layers, dark };
+    const { grid, track, selected, details, particles, likelihoods, layers, dark } = this;
+    const hasField = layers.field && likelihoods?.length === (grid?.width ?? 0) * (grid?.height ?? 0);
+    const levels = grid && (hasField ? this.fieldLevelsOf(grid, likelihoods, dark) : this.levelsOf(grid, dark));
+    return { map: levels, track, selected, details, particles, layers, dark };
   }
 
   protected override turnTo(turns: Turns): void {

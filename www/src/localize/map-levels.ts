@@ -27,9 +27,19 @@ const SHADES = {
 const [OCCUPIED, FREE] = [0, 254];
 
 export function mapLevels(grid: GridPicture, dark: boolean): MapLevels {
-  const colors = colorTable(dark);
+  return levelsOf(grid, grid.grey_values, colorTable(dark));
+}
+
+/** The likelihood field of a map, 0 to 255 a cell: what is likely is drawn as walls are, what is not as free space. */
+export function fieldLevels(grid: GridPicture, likelihoods: Uint8Array, dark: boolean): MapLevels {
+  // As a small code counts more where cells are joined.
+  const codes = likelihoods.map((likelihood) => 255 - likelihood);
+  return levelsOf(grid, codes, shadeTable(dark));
+}
+
+function levelsOf(grid: GridPicture, values: Uint8Array, colors: Uint32Array): MapLevels {
   const levels: { image: HTMLCanvasElement; cells: number }[] = [];
-  let codes: Codes = { width: grid.width, height: grid.height, values: grid.grey_values };
+  let codes: Codes = { width: grid.width, height: grid.height, values };
   for (let cells = 1; ; cells *= 2) {
     const { width, height } = codes;
     const side = Math.max(width, height);
@@ -65,15 +75,26 @@ function colorTable(dark: boolean): Uint32Array {
   const { free, occupied, unknown } = dark ? SHADES.dark : SHADES.light;
   return Uint32Array.from({ length: 256 }, (_, code) => {
     const [red, green, blue] = code === FREE ? free : code === OCCUPIED ? occupied : unknown;
-    return (255 << 24) | (blue << 16) | (green << 8) | red;
+    return packed(red, green, blue);
   });
 }
+
+/** From the colour of walls to that of free space. */
+function shadeTable(dark: boolean): Uint32Array {
+  const { free, occupied } = dark ? SHADES.dark : SHADES.light;
+  return Uint32Array.from({ length: 256 }, (_, code) => {
+    const [red = 0, green = 0, blue = 0] = occupied.map((wall, i) => wall + ((free[i] ?? 0) - wall) * (code / 255));
+    return packed(red, green, blue);
+  });
+}
+
+const packed = (red: number, green: number, blue: number): number => (255 << 24) | (blue << 16) | (green << 8) | red;
 
 function picture({ width, height, values }: Codes, colors: Uint32Array): HTMLCanvasElement {
   const image = Object.assign(document.createElement('canvas'), { width, height });
   const pixels = new ImageData(width, height);
-  const packed = new Uint32Array(pixels.data.buffer);
-  for (let i = 0; i < packed.length; i++) packed[i] = colors[values[i] ?? FREE] ?? 0;
+  const words = new Uint32Array(pixels.data.buffer);
+  for (let i = 0; i < words.length; i++) words[i] = colors[values[i] ?? FREE] ?? 0;
   image.getContext('2d')?.putImageData(pixels, 0, 0);
   return image;
 }

@@ -4,6 +4,7 @@ import { cssColor, type Rgb } from '../views/palette.js';
 import { paintArrow } from '../views/path-painter.js';
 import { type Size, toScreenAngle, toScreenX, toScreenY, type Viewport } from '../views/viewport.js';
 import { levelFor, type MapLevels } from './map-levels.js';
+import { paintParticles } from './paint-particles.js';
 import type { LocatedPose, ScanDetails } from './protocol.js';
 import { poseOf, type Track, worldOf } from './track.js';
 
@@ -13,21 +14,26 @@ export interface LocatedScene {
   selected: number;
   /** Of the selected scan; null before it has come. */
   details: ScanDetails | null;
+  /** x, y, theta and weight of each particle. */
+  particles: Float32Array | null;
   layers: SceneLayers;
   dark: boolean;
 }
 
 export interface SceneLayers {
+  /** The likelihood field in the place of the map. */
+  field: boolean;
+  particles: boolean;
   trajectory: boolean;
   returns: boolean;
   places: boolean;
 }
 
-/** Of what is certain, of what may be wrong, and of the returns of a scan: as told on the page. */
+/** Of what is certain, of what may be wrong, of the returns of a scan and of particles: as told on the page. */
 const COLORS = {
-  light: { good: [10, 122, 63], doubtful: [192, 92, 0], lost: [173, 34, 25], returns: [29, 95, 209] },
-  dark: { good: [83, 208, 138], doubtful: [255, 176, 77], lost: [255, 147, 138], returns: [127, 176, 255] },
-} as const satisfies Record<string, Record<Status | 'returns', Rgb>>;
+  light: { good: [10, 122, 63], doubtful: [192, 92, 0], lost: [173, 34, 25], returns: [29, 95, 209], particles: [147, 36, 165] },
+  dark: { good: [83, 208, 138], doubtful: [255, 176, 77], lost: [255, 147, 138], returns: [127, 176, 255], particles: [226, 150, 240] },
+} as const satisfies Record<string, Record<Status | 'returns' | 'particles', Rgb>>;
 
 /** One for each scan. */
 export function statusColors(statuses: readonly Status[], dark: boolean): Rgb[] {
@@ -52,14 +58,14 @@ type Context = CanvasRenderingContext2D;
 
 /** `ratio`: device pixels per CSS pixel. */
 export function paintScene(ctx: Context, size: Size, ratio: number, view: Viewport, scene: LocatedScene): void {
-  const { map, track, details, layers, dark } = scene;
+  const { map, track, details, particles, layers, dark } = scene;
   const theme = dark ? DARK_MAP : LIGHT_MAP;
   ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
   ctx.fillStyle = theme.background;
   ctx.fillRect(0, 0, size.width, size.height);
   if (!map) return;
   paintMap(ctx, size, ratio, view, map);
-  const { good, doubtful, lost, returns } = COLORS[dark ? 'dark' : 'light'];
+  const { good, doubtful, lost, returns, particles: ofParticles } = COLORS[dark ? 'dark' : 'light'];
   const colors: Colors = {
     good: cssColor(good),
     doubtful: cssColor(doubtful),
@@ -67,6 +73,7 @@ export function paintScene(ctx: Context, size: Size, ratio: number, view: Viewpo
     returns: cssColor(returns),
   };
   if (track && layers.trajectory) paintTrack(ctx, size, view, track, colors, theme);
+  if (particles && layers.particles) paintParticles(ctx, size, view, particles, cssColor(ofParticles));
   const shown = details?.index === scene.selected ? details : null;
   if (shown && layers.returns) paintReturns(ctx, size, view, shown.points, colors.returns);
   if (shown && layers.places) paintPlaces(ctx, size, view, shown, colors, theme);

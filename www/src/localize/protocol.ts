@@ -1,8 +1,8 @@
 /** Localisation in a map: what the page and its worker say to each other. The names of the data are the engine's own. */
-import type { LocalizationResult, LocatedScan } from '../engine/package.js';
+import type { LocalizationResult, LocatedScan, ParticleOptions } from '../engine/package.js';
 import type { Inputs, Problem, Settings } from '../engine/protocol.js';
 
-export type { LocatedPose, LocatedScan } from '../engine/package.js';
+export type { LocatedPose, LocatedScan, ParticleOptions } from '../engine/package.js';
 
 export interface GivenFile {
   name: string;
@@ -54,6 +54,18 @@ export interface ScanDetails {
   points: Float32Array;
 }
 
+/** A particle filter after a scan. */
+export interface ParticleState {
+  /** Index of the scan. */
+  scan: number;
+  /** Whether it is the one that was asked for. */
+  isThere: boolean;
+  /** x, y (m), theta (rad) and weight of each particle; the weights sum up to 1. */
+  values: Float32Array;
+  /** Effective number of particles after each scan on the way: scan and number. */
+  passed: [scan: number, effectiveNumber: number][];
+}
+
 /** What the command line writes as well; the picture as pixels: red, green, blue, alpha. */
 export interface Files {
   trajectory: string;
@@ -73,6 +85,10 @@ export interface LocalizeApi {
   stop(): void;
   scan(index: number): ScanDetails;
   file<K extends keyof Files>(kind: K): Files[K];
+  /** Goes on with a particle filter to this scan, for a moment; with other options it starts anew. */
+  particles(options: ParticleOptions, scan: number): ParticleState;
+  /** How likely a return in each cell of the map is, row by row from the top: 0 to 255. */
+  likelihoodField(): Uint8Array;
 }
 
 /** `details`: of the last scan located. */

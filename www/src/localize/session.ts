@@ -15,7 +15,16 @@ import { pngOf } from '../views/canvas.js';
 import { LocalizeClient } from './client.js';
 import { type MapFiles, readMapFiles } from './map-files.js';
 import type { Dropped } from './opening.js';
-import type { Files, GridPicture, Located, LocalizeEvent, MapSource, ScanDetails } from './protocol.js';
+import { Particles } from './particles.js';
+import type {
+  Files,
+  GridPicture,
+  Located,
+  LocalizeEvent,
+  MapSource,
+  ParticleOptions,
+  ScanDetails,
+} from './protocol.js';
 
 const NO_SCANS = 'Drop a laser log, a ROS bag with laser scans, or planar scans as PLY files, one file a scan';
 
@@ -36,6 +45,10 @@ export class LocalizeSession extends Session<LocalizeClient> {
   /** A picture of which the side of a pixel has to be told. */
   unscaled: MapFiles | null = null;
   odometry: Settings['odometry'] = 'auto';
+  /** While they are looked at. */
+  particles: Particles | null = null;
+  /** How likely a return in each cell of the map is, 0 to 255; known while particles are looked at. */
+  likelihoods: Uint8Array | null = null;
   readonly #request = new LastRequest();
   readonly #onOver: () => void;
   /** What the worker holds. */
@@ -156,6 +169,20 @@ export class LocalizeSession extends Session<LocalizeClient> {
     this.selected = Math.min(Math.max(scan ?? last, 0), Math.max(last, 0));
     this.#follows = this.selected === last;
     if (this.isHeld) this.client?.look(this.selected);
+    this.#followParticles();
+    this.changed();
+  }
+
+  /** Looks at particles beside the places, or no more. */
+  toggleParticles(): void {
+    this.particles?.forget();
+    this.particles = this.particles ? null : this.#newParticles();
+    this.#followParticles();
+    this.changed();
+  }
+
+  chooseParticles(options: Partial<ParticleOptions>): void {
+    this.particles?.choose(options, this.selected);
     this.changed();
   }
 
@@ -215,7 +242,7 @@ export class LocalizeSession extends Session<LocalizeClient> {
     );
     this.map = { name, source, picture };
     [this.unscaled, this.#incomplete] = [null, []];
-    this.#held.map = source;
+    [this.#held.map, this.likelihoods] = [source, null];
     this.#forgetResult();
     if (picture.remark) this.tell([noteMessage(name, picture.remark)]);
     const [width, height] = [picture.width, picture.height].map((cells) => formatFixed(cells * picture.resolution, 0));
@@ -301,6 +328,7 @@ export class LocalizeSession extends Session<LocalizeClient> {
     this.#isRunning = false;
     if (this.phase === 'running') this.phase = 'done';
     this.announce(outcome.summary);
+    this.#followParticles();
     this.#onOver();
   }
 
@@ -310,6 +338,36 @@ export class LocalizeSession extends Session<LocalizeClient> {
     this.#rest();
     if (wasRunning)
       this.tellCrash(message, 'It was started again; the map and the scans are still there', 'Locate again');
+  }
+
+  // Particles.
+
+  #newParticles(): Particles {
+    return new Particles({
+      compute: (options, scan) => {
+        if (!this.client) throw new WorkerDied('');
+        return this.client.particles(options, scan);
+      },
+      changed: () => this.changed(),
+      failed: (error) => {
+        if (error instanceof EngineProblem) this.tell([errorMessage(error.problem)]);
+      },
+    });
+  }
+
+  /** To the selected scan: only those that are located are followed. */
+  #followParticles(): void {
+    if (!this.particles || this.#isRunning || !this.isHeld) return;
+    this.particles.show(this.selected);
+    if (!this.likelihoods) void this.#fetchLikelihoods();
+  }
+
+  async #fetchLikelihoods(): Promise<void> {
+    const { map, client } = this;
+    const likelihoods = await client?.likelihoodField().catch(() => undefined);
+    if (!likelihoods || this.map !== map) return;
+    this.likelihoods = likelihoods;
+    this.changed();
   }
 
   // What is shown.
@@ -330,6 +388,7 @@ export class LocalizeSession extends Session<LocalizeClient> {
 
   #forgetResult(): void {
     this.#isRunning = false;
+    this.particles?.forget();
     [this.located, this.details, this.selected, this.#follows] = [null, null, 0, true];
   }
 

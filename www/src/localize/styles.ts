@@ -74,6 +74,20 @@ export const localizeStyles = css`
     text-align: right;
     white-space: nowrap;
   }
+  .particles form {
+    display: grid;
+    gap: 6px;
+    margin-top: 10px;
+  }
+  .particles label {
+    ${row};
+    justify-content: space-between;
+    gap: 8px;
+    font-size: calc(13 * var(--px));
+  }
+  .particles input {
+    width: 7em;
+  }
   scanstitch-timeline {
     flex: none;
     padding: 4px 16px;
@@ -133,6 +147,14 @@ export const locatedMapStyles = css`
   }
   .sign.places {
     border-color: light-dark(#c05c00, #ffb04d);
+  }
+  .sign.particles {
+    border-top: 4px dotted light-dark(#9324a5, #e296f0);
+  }
+  .sign.field {
+    border: 0;
+    height: 8px;
+    background: linear-gradient(to right, light-dark(#fff, #2d3642), light-dark(#1c2633, #e4eaf2));
   }
   .sign.returns {
     border-top: 3px dotted light-dark(#1d5fd1, #7fb0ff);

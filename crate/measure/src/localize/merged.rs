@@ -10,7 +10,9 @@ use super::building::Building;
 use super::logs::buildings;
 use crate::arguments::flag;
 
-/// Places further apart than this (m) are not compared.
+/// Scans at one place are at most so far apart (m), as in the relations `NAME.places.txt`.
+const AT_ONE_PLACE: f64 = 2.0;
+/// Scans further apart than this (m) are not compared.
 const NEAR: f64 = 20.0;
 /// A pair is wrong when it is off by more than this (m, rad).
 const WRONG: (f64, f64) = (0.5, 0.087);
@@ -32,7 +34,7 @@ pub fn main() {
 }
 
 fn report(name: &str, first: &Building, second: &Building, is_one_building: bool) {
-    let frames = reconstructed([first, second]);
+    let (frames, changes) = reconstructed([first, second]);
     let count = frames.iter().map(|frame| frame.piece).max().map_or(0, |last| last + 1);
     let mut of_both = vec![[0; 2]; count];
     for (number, frame) in frames.iter().enumerate() {
@@ -43,18 +45,29 @@ fn report(name: &str, first: &Building, second: &Building, is_one_building: bool
     let (of_first, of_second) = frames.split_at(first.log.scans.len());
     let across = pairs((of_first, first), (of_second, second));
     let told = if is_one_building {
-        let within = [pairs((of_first, first), (of_first, first)), pairs((of_second, second), (of_second, second))];
-        format!("near pairs that are wrong: {} across, {} within one", share(&across), share(&within.concat()))
+        let mut within = pairs((of_first, first), (of_first, first));
+        within.extend(pairs((of_second, second), (of_second, second)));
+        let [places, near] = [AT_ONE_PLACE, NEAR].map(|limit| {
+            format!("up to {limit} m apart {} across, {} within one", share(&across, limit), share(&within, limit))
+        });
+        format!("pairs that are wrong: {places}; {near}")
     } else {
         format!("{} pairs across", across.len())
     };
-    println!("{name}: pieces {}; {told}", sizes.join(", "));
+    println!("{name}: pieces {}; {told}; {changes} changes", sizes.join(", "));
 }
 
-/// How many of how many are wrong.
-fn share(are_wrong: &[bool]) -> String {
-    let count = are_wrong.iter().filter(|is_wrong| **is_wrong).count();
-    format!("{count} of {} ({:.1} %)", are_wrong.len(), 100.0 * count as f64 / are_wrong.len().max(1) as f64)
+struct Pair {
+    /// How far apart the scans were taken (m).
+    distance: f64,
+    is_wrong: bool,
+}
+
+/// How many of the pairs at most so far apart (m) are wrong.
+fn share(pairs: &[Pair], limit: f64) -> String {
+    let num = pairs.iter().filter(|pair| pair.distance < limit).count();
+    let num_wrong = pairs.iter().filter(|pair| pair.distance < limit && pair.is_wrong).count();
+    format!("{num_wrong} of {num} ({:.1} %)", 100.0 * num_wrong as f64 / num.max(1) as f64)
 }
 
 struct Frame {
@@ -63,7 +76,8 @@ struct Frame {
     is_good: bool,
 }
 
-fn reconstructed(both: [&Building; 2]) -> Vec<Frame> {
+/// The frames, and how many things are new or gone in the second recording.
+fn reconstructed(both: [&Building; 2]) -> (Vec<Frame>, usize) {
     let odometry = if flag("--alone") { "none" } else { "auto" };
     let settings: Settings = serde_json::from_value(serde_json::json!({ "odometry": odometry })).expect("settings");
     let mut reconstruction = Reconstruction::new(settings).expect("the settings are right");
@@ -85,19 +99,23 @@ fn reconstructed(both: [&Building; 2]) -> Vec<Frame> {
     }
     while reconstruction.step().stage != Stage::Done {}
     let frames = reconstruction.result().frames.into_iter().zip(reconstruction.poses());
-    frames.map(|(frame, pose)| Frame { pose, piece: frame.piece, is_good: frame.status == Status::Good }).collect()
+    let num_changes = reconstruction.changes().iter().map(|recording| recording.changes.len()).sum();
+    let frames = frames.map(|(frame, pose)| Frame { pose, piece: frame.piece, is_good: frame.status == Status::Good });
+    (frames.collect(), num_changes)
 }
 
-/// For each pair of good frames of two recordings (or of one) in one piece, near each other in truth, whether it is wrong.
-fn pairs((from, first): (&[Frame], &Building), (to, second): (&[Frame], &Building)) -> Vec<bool> {
+/// The pairs of good frames of two recordings (or of one) in one piece that are near each other in truth.
+fn pairs((from, first): (&[Frame], &Building), (to, second): (&[Frame], &Building)) -> Vec<Pair> {
     let mut pairs = Vec::new();
     for (from, T_truth_from) in from.iter().zip(&first.reference).filter(|(frame, _)| frame.is_good) {
         let is_known = |frame: &Frame| frame.is_good && frame.piece == from.piece;
         for (to, T_truth_to) in to.iter().zip(&second.reference).filter(|(frame, _)| is_known(frame)) {
             let truth = T_truth_from.inverse() * T_truth_to;
-            if truth.translation_norm() < NEAR || first.name != second.name {
+            let distance = truth.translation_norm();
+            if distance < NEAR || first.name != second.name {
                 let off = truth.inverse() * (from.pose.inverse() * to.pose);
-                pairs.push(off.translation_norm() > WRONG.0 || off.rotation_angle() > WRONG.1);
+                let is_wrong = off.translation_norm() > WRONG.0 || off.rotation_angle() > WRONG.1;
+                pairs.push(Pair { distance, is_wrong });
             }
         }
     }

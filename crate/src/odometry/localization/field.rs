@@ -5,6 +5,7 @@ use nalgebra::{Matrix2, Vector2};
 use super::nearest_cells::{NONE, nearest_cells};
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::occupancy_grid::{Cell, OccupancyGrid};
+use crate::{Error, Result};
 
 /// A piece of a wall around an occupied cell, in the grid's frame (m).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,6 +64,24 @@ impl MapField {
     /// Whether it has both walls and free space.
     pub fn is_usable(&self) -> bool {
         !self.walls.is_empty() && self.cells.contains(&Cell::Free)
+    }
+
+    /// # Errors
+    /// A map without walls or without free space.
+    pub fn check(&self) -> Result<()> {
+        let remedy = "Give a map with both; check negate, occupied_thresh and free_thresh of its YAML file";
+        let problem = || Error::whole("The map has no walls or no free space", remedy);
+        self.is_usable().then_some(()).ok_or_else(problem)
+    }
+
+    /// Number of cells of a row.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Indices of the free cells.
+    pub(super) fn free_cells(&self) -> Vec<usize> {
+        (0..self.cells.len()).filter(|&cell| self.cells[cell] == Cell::Free).collect()
     }
 
     /// The cell that holds a point of the grid's frame; `None` outside.

@@ -167,6 +167,17 @@ impl MapField {
         ends.iter().map(|end| self.score_of_end(model, &T_grid_sensor.act(end))).sum()
     }
 
+    /// The scores of a return in the middle of each cell, row by row from the smallest y, from 0 for the least to 1 for the largest one.
+    pub fn picture(&self) -> Vec<f32> {
+        let model = BeamModel::of(self);
+        let (least, largest) = model.limits();
+        let middle = |cell: usize| {
+            Vector2::new((cell % self.width) as f64 + 0.5, (cell / self.width) as f64 + 0.5) * self.resolution
+        };
+        let score = |cell: usize| ((self.score_of_end(&model, &middle(cell)) - least) / (largest - least)) as f32;
+        (0..self.width * self.height).map(score).collect()
+    }
+
     /// The score of a return.
     pub(super) fn score_of_end(&self, model: &BeamModel, end: &Vector2<f64>) -> f64 {
         let Some(cell) = self.index(end) else { return 0.0 };

@@ -3,7 +3,7 @@
 //!
 //! Read `localizer` first, then `belief`, `places` (what makes a place certain) and `search` (how all places are found). `likelihood` says how well
 //! beams fit the map that `field` prepares; `window` joins the last scans; `refine` registers beams to walls, `slide` says how far
-//! such a pose may slide along a bare corridor.
+//! such a pose may slide along a bare corridor. `particles` is Monte Carlo localisation, for comparison alone.
 
 mod belief;
 mod field;
@@ -11,6 +11,7 @@ mod likelihood;
 mod localizer;
 mod location;
 mod nearest_cells;
+mod particles;
 mod places;
 mod pooled;
 mod refine;
@@ -23,5 +24,6 @@ pub use field::MapField;
 pub use likelihood::{Beam, BeamModel, Fit};
 pub use localizer::Localizer;
 pub use location::{Location, Place, Verdict};
+pub use particles::{Particle, ParticleFilter, ParticleOptions};
 pub use stretches::StretchSearch;
 pub use window::LONGEST_STRETCH;

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::Reconstruction;
 use super::chosen_odometry::ChosenOdometry;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::geometry::{Pose2, Pose3, RigidMotion};
 use crate::io::trajectory::{in_space, tum_text};
 use crate::map::occupancy_grid::OccupancyGrid;
@@ -25,14 +25,14 @@ use crate::preprocess::planar_scan::PlanarScan;
 /// A recording that is located in a map: call [`step`](Self::step) until it returns false, ask for the [`result`](Self::result) at any
 /// time.
 pub struct Localization {
-    localizer: Localizer,
+    pub(super) localizer: Localizer,
     labels: Vec<FrameLabel>,
-    scans: Vec<Rc<PlanarScan>>,
+    pub(super) scans: Vec<Rc<PlanarScan>>,
     times: Option<Vec<f64>>,
     /// Where the robot is, as seen from the laser of each scan.
-    T_laser_robot: Vec<Pose2>,
-    /// The motion by the wheels to each scan, where it is measured.
-    measured: Vec<Option<MeasuredMotion>>,
+    pub(super) T_laser_robot: Vec<Pose2>,
+    /// The motion by the wheels to each scan, where it is measured; else, once the scan is located, by registration where that tells it.
+    pub(super) motions: Vec<Option<MeasuredMotion>>,
     has_odometry: bool,
     odometry: Odometry,
     /// Whether another recording begins with the scan.
@@ -104,10 +104,7 @@ impl Reconstruction {
     /// A map without walls or without free space.
     pub fn localization(&self, grid: &OccupancyGrid) -> Result<Localization> {
         let field = MapField::new(grid);
-        if !field.is_usable() {
-            let remedy = "Give a map with both; check negate, occupied_thresh and free_thresh of its YAML file";
-            return Err(Error::whole("The map has no walls or no free space", remedy));
-        }
+        field.check()?;
         let limit = range_limit(self.recorded.iter().map(|scan| scan.cloud.positions.as_slice()));
         let limit = limit.unwrap_or(f64::INFINITY);
         let recorded = RecordedScans { all: &self.recorded, limit, settings: &self.settings };
@@ -126,7 +123,7 @@ impl Reconstruction {
             begins_recording: self.recorded.iter().map(|scan| scan.begins_recording).collect(),
             T_world_last: Pose2::identity(),
             notes: chosen.notes.iter().cloned().chain(checked).collect(),
-            measured: chosen.model.steps,
+            motions: chosen.model.steps,
         })
     }
 }
@@ -139,10 +136,12 @@ impl Localization {
         if self.begins_recording[frame] {
             self.odometry.begin_recording();
         }
-        let estimate = self.odometry.register_frame(&scan, self.measured[frame].as_ref(), None);
+        let measured = self.motions[frame];
+        let estimate = self.odometry.register_frame(&scan, measured.as_ref(), None);
         // Where the odometry has a gap, registration alone may mislead: the robot is searched for again.
-        let is_gap = self.has_odometry && self.measured[frame].is_none();
-        let motion = motion(&estimate, &self.T_world_last, self.measured[frame].as_ref()).filter(|_| !is_gap);
+        let is_gap = self.has_odometry && measured.is_none();
+        let motion = motion(&estimate, &self.T_world_last, measured.as_ref()).filter(|_| !is_gap);
+        self.motions[frame] = measured.or(motion);
         self.T_world_last = estimate.T_world_sensor;
         self.localizer.add_scan(&scan, motion.as_ref());
         frame + 1 < self.scans.len()
@@ -156,6 +155,12 @@ impl Localization {
     /// The scans, cleaned.
     pub fn scans(&self) -> &[Rc<PlanarScan>] {
         &self.scans
+    }
+
+    /// The scores of a return in each cell of the map, see [`MapField::picture`], and the number of cells of a row.
+    pub fn likelihood_field(&self) -> (Vec<f32>, usize) {
+        let field = self.localizer.field();
+        (field.picture(), field.width())
     }
 
     /// What is known so far.

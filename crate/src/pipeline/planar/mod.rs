@@ -1,5 +1,6 @@
 //! The whole run: scans in, trajectory and map out, one bounded piece of work after the other.
 
+mod changes;
 mod chosen_odometry;
 mod counterparts;
 mod edit_faults;
@@ -14,6 +15,7 @@ mod localization;
 mod map_edits;
 mod mending;
 pub(in crate::pipeline) mod pairs;
+mod particles;
 mod run;
 mod scan_to_map;
 mod scan_unit;
@@ -37,11 +39,13 @@ use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, Recon
 use crate::pipeline::settings::{LaserDirection, Settings};
 use crate::preprocess::clean::{CleaningReport, clean};
 use crate::registration::icp::IterationRecord;
+pub use changes::RecordingChanges;
 use chosen_odometry::{ChooseOdometry, ChosenOdometry};
 pub use edits::{Consequence, Edit, GraphLoop, GraphLoops, RefusedEdit};
 pub use grid_edits::edit_grid;
 use joining::{BeginJoining, Joining};
 pub use localization::{Localization, LocalizationResult, LocatedPose, LocatedScan};
+pub use particles::ParticleRun;
 use run::{LaterRecording, Run};
 pub use scan_to_map::ScanToMap;
 use scan_unit::ScanUnit;
@@ -267,10 +271,15 @@ impl Reconstruction {
         }
     }
 
+    /// The file that a recording came from, by its first frame.
+    fn name_of_recording(&self, first_frame: usize) -> &str {
+        let name = &self.names[first_frame];
+        name.rsplit_once(" #").map_or(name.as_str(), |(log, _)| log)
+    }
+
     fn notes_on_recordings(&self) -> Vec<String> {
         let note = |recording: &LaterRecording| {
-            let name = &self.names[recording.first_frame];
-            let name = name.rsplit_once(" #").map_or(name.as_str(), |(log, _)| log);
+            let name = self.name_of_recording(recording.first_frame);
             match recording.joined {
                 Some((size, piece)) => {
                     format!(

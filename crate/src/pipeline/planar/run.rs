@@ -43,7 +43,7 @@ pub struct Run {
     /// Where the robot is, as seen from the laser of each scan.
     pub(super) T_laser_robot: Vec<Pose2>,
     /// The number of the recording of each scan.
-    recordings: Vec<usize>,
+    pub(super) recordings: Vec<usize>,
     /// The odometry that it uses.
     pub chosen_odometry: ChosenOdometry,
     /// For each frame the certain piece of the map that it belongs to.

@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 
 use super::Consensus;
 use crate::geometry::Pose3;
+use crate::geometry::random::Random;
 use crate::registration::factors::best_rigid_motion;
 use crate::search::{KdTree, RadiusGrid};
 
@@ -52,14 +53,14 @@ pub fn ransac(
         return None;
     }
     let max_distance = options.max_correspondence_distance;
-    let mut random = SplitMix(options.seed);
+    let mut random = Random::new(options.seed);
     let mut best: Option<Consensus> = None;
     let mut overlap = Overlap::new(source, RadiusGrid::new(target, target_tree, max_distance as f32));
     let mut last = options.max_iterations;
     let mut iteration = 0;
     while iteration < last {
         iteration += 1;
-        let sample = random.three_below(pairs.len()).map(|index| pairs[index]);
+        let sample = three_below(&mut random, pairs.len()).map(|index| pairs[index]);
         if !edges_agree(&sample, options.edge_length_ratio) {
             continue;
         }
@@ -130,34 +131,16 @@ fn edges_agree(sample: &[(Vector3<f64>, Vector3<f64>); 3], ratio: f64) -> bool {
     })
 }
 
-/// Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
-struct SplitMix(u64);
-
-impl SplitMix {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    /// Uniform in 0..count, for counts far below 2^32.
-    fn below(&mut self, count: usize) -> usize {
-        (((self.next() >> 32) * count as u64) >> 32) as usize
-    }
-
-    /// Three different numbers in 0..count; there must be three.
-    fn three_below(&mut self, count: usize) -> [usize; 3] {
-        let a = self.below(count);
-        let mut b = self.below(count - 1);
-        b += usize::from(b >= a);
-        let mut c = self.below(count - 2);
-        let (low, high) = (a.min(b), a.max(b));
-        c += usize::from(c >= low);
-        c += usize::from(c >= high);
-        [a, b, c]
-    }
+/// Three different numbers in 0..count; there must be three.
+fn three_below(random: &mut Random, count: usize) -> [usize; 3] {
+    let a = random.below(count);
+    let mut b = random.below(count - 1);
+    b += usize::from(b >= a);
+    let mut c = random.below(count - 2);
+    let (low, high) = (a.min(b), a.max(b));
+    c += usize::from(c >= low);
+    c += usize::from(c >= high);
+    [a, b, c]
 }
 
 #[cfg(test)]
