@@ -90,7 +90,9 @@ function changeWords({ name, changes }: RecordingChanges) {
   if (!largest) return `${name} shows nothing new, and nothing gone.`;
   const [x, y] = largest.middle.map((value) => value.toFixed(1));
   const size = `${largest.size.toFixed(1)} m at ${x}, ${y}`;
-  return `Since the recordings before ${name}, ${count('new')} things are new and ${count('gone')} gone, the largest ${size}; see changes.json.`;
+  const things = (wanted: ChangeKind) =>
+    `${count(wanted)} ${count(wanted) === 1 ? 'thing is' : 'things are'} ${wanted}`;
+  return `${name} against the recordings before it: ${things('new')}, ${things('gone')}, the largest ${size}; see changes.json.`;
 }
 
 /** The scans, under short names where those are distinct. */

@@ -101,8 +101,8 @@ test('particles beside the exact places: they follow the slider, and other numbe
   await expect(words).toContainText(`of 500, scan ${NUM_SCANS}`);
 
   // Out of its limits: nothing changes.
-  await panel.getByLabel('Beams').fill('0');
-  await panel.getByLabel('Beams').press('Enter');
+  await panel.getByLabel('Beams', { exact: true }).fill('0');
+  await panel.getByLabel('Beams', { exact: true }).press('Enter');
   await expect(words).toContainText(`of 500, scan ${NUM_SCANS}`);
 
   await view.getByRole('button', { name: 'Layers' }).click();

@@ -42,6 +42,7 @@ type FullOnly = Pick<
   | 'preview_edit'
   | 'set_edits'
   | 'set_odometry'
+  | 'changes'
   | 'unused_edits'
 >;
 /** That of the full engine tells more of a grid that was read from a file. */

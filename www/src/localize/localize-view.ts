@@ -267,7 +267,11 @@ export class ScanstitchLocalize extends LitElement {
       ${this.renderSummary(located)} ${details ? scanPanel(details) : nothing}
       ${particles ? particlePanel(particles, details, (options) => session.chooseParticles(options)) : nothing}
       <p>
-        <button aria-pressed=${particles !== null} ?disabled=${phase === 'running'} @click=${() => session.toggleParticles()}>
+        <button
+          aria-pressed=${particles !== null}
+          ?disabled=${phase === 'running'}
+          @click=${() => session.toggleParticles()}
+        >
           ${particles ? 'Hide the particles' : 'Compare with a particle filter'}
         </button>
       </p>

@@ -31,8 +31,20 @@ export interface SceneLayers {
 
 /** Of what is certain, of what may be wrong, of the returns of a scan and of particles: as told on the page. */
 const COLORS = {
-  light: { good: [10, 122, 63], doubtful: [192, 92, 0], lost: [173, 34, 25], returns: [29, 95, 209], particles: [147, 36, 165] },
-  dark: { good: [83, 208, 138], doubtful: [255, 176, 77], lost: [255, 147, 138], returns: [127, 176, 255], particles: [226, 150, 240] },
+  light: {
+    good: [10, 122, 63],
+    doubtful: [192, 92, 0],
+    lost: [173, 34, 25],
+    returns: [29, 95, 209],
+    particles: [147, 36, 165],
+  },
+  dark: {
+    good: [83, 208, 138],
+    doubtful: [255, 176, 77],
+    lost: [255, 147, 138],
+    returns: [127, 176, 255],
+    particles: [226, 150, 240],
+  },
 } as const satisfies Record<string, Record<Status | 'returns' | 'particles', Rgb>>;
 
 /** One for each scan. */

@@ -73,9 +73,8 @@ export function particlePanel(
   choose: (options: Partial<ParticleOptions>) => void,
 ): TemplateResult {
   const isThere = state !== null && details !== null && state.scan === details.index;
-  const count = state ? state.values.length / 4 : options.num_particles;
   const words = state
-    ? `${formatCount(effective[state.scan] ?? 0)} of ${formatCount(count)}, scan ${state.scan + 1}`
+    ? `${formatCount(effective[state.scan] ?? 0)} of ${formatCount(state.values.length / 4)}, scan ${state.scan + 1}`
     : '…';
   return html`<section class="particles" aria-label="Monte Carlo">
     <h2>Monte Carlo</h2>
@@ -89,7 +88,7 @@ export function particlePanel(
       effective.length > 1
         ? html`<svg class="chart" viewBox=${CHART_VIEW_BOX} role="img" aria-label="Effective particles after each scan">
             ${lineChart({
-              values: Array.from(effective, (number: number | undefined) => number ?? 0),
+              values: Array.from(effective, (number) => number ?? 0),
               format: formatCount,
               step: 'scan',
               first: 1,
@@ -101,9 +100,7 @@ export function particlePanel(
     }
     <form @submit=${(event: Event) => event.preventDefault()}>
       ${(Object.keys(FIELDS) as NumberOption[]).map((name) => field(name, options, choose))}
-      <label
-        >Drawn anew ${list(DRAWING, options.resample_below, (resample_below) => choose({ resample_below }))}</label
-      >
+      <label>Drawn anew ${list(DRAWING, options.resample_below, (resample_below) => choose({ resample_below }))}</label>
     </form>
   </section>`;
 }

@@ -24,8 +24,8 @@ export class Particles {
   options = DEFAULT_OPTIONS;
   /** After the scan that was reached last. */
   state: ParticleState | null = null;
-  /** Effective number of particles after each scan so far. */
-  effective: readonly number[] = [];
+  /** Effective number of particles after each scan so far; none of those that were passed in another run. */
+  effective: readonly (number | undefined)[] = [];
   readonly #query: LatestQuery<number, ParticleState>;
 
   constructor({ compute, changed, failed }: ParticleHooks) {
