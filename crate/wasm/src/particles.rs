@@ -1,10 +1,11 @@
 //! Monte Carlo localisation for JavaScript.
 
+use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
-use crate::from_object;
 use crate::localization::Localization;
 use crate::thrown::Thrown;
+use crate::{from_object, plain};
 use scanstitch::odometry::localization::ParticleOptions;
 use scanstitch::pipeline::planar::ParticleRun;
 
@@ -32,6 +33,14 @@ impl ParticleFilter {
     pub fn new(localization: &Localization, options: Option<PartialParticleOptions>) -> Result<Self, Thrown> {
         let options: ParticleOptions = from_object(options.map(JsValue::from))?;
         Ok(Self { run: localization.run.particle_run(options)? })
+    }
+
+    /// What was chosen, and the defaults of the rest.
+    ///
+    /// # Errors
+    /// No input causes an error.
+    pub fn options(&self) -> Result<Ts<ParticleOptions>, Thrown> {
+        Ok(plain(self.run.filter().options()))
     }
 
     /// Weighs the next scan on the way to this one, or goes back to an earlier one. False when it is there, or after the last scan.

@@ -92,7 +92,7 @@ export class LocalizeClient {
     return this.#host.call('file', kind) as Promise<Files[K]>;
   }
 
-  particles(options: ParticleOptions, scan: number): Promise<ParticleState> {
+  particles(options: Partial<ParticleOptions>, scan: number): Promise<ParticleState> {
     return this.#host.call('particles', options, scan);
   }
 

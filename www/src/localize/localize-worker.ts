@@ -145,7 +145,7 @@ function file(kind: keyof Files): Files[keyof Files] {
   return { width, height, rgba };
 }
 
-function particlesAt(chosen: ParticleOptions, scan: number): ParticleState {
+function particlesAt(chosen: Partial<ParticleOptions>, scan: number): ParticleState {
   const options = JSON.stringify(chosen);
   if (particles?.options !== options) {
     const filter = new ParticleFilter(result(), chosen);
@@ -160,7 +160,7 @@ function particlesAt(chosen: ParticleOptions, scan: number): ParticleState {
     isThere = !filter.step_towards(scan);
     passed.push([filter.last(), filter.effective_number()]);
   }
-  return { scan: filter.last(), isThere, values: filter.particles(), passed };
+  return { scan: filter.last(), options: filter.options(), isThere, values: filter.particles(), passed };
 }
 
 function forgetParticles(): void {

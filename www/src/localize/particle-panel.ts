@@ -8,7 +8,7 @@ import { CHART_VIEW_BOX, lineChart } from '../views/chart.js';
 import { formatCount, formatFixed } from '../views/format.js';
 import { formatAngle } from '../views/pose-format.js';
 import { percent } from './paint.js';
-import { DEFAULT_OPTIONS, type Particles, weightNear } from './particles.js';
+import { type Particles, weightNear } from './particles.js';
 import type { ParticleOptions, ScanDetails } from './protocol.js';
 
 /** Particles within this distance of a place stand for it (m). */
@@ -68,13 +68,14 @@ const DRAWING: Choices<number> = [
 
 /** `choose`: takes other options. `styles`: localizeStyles, figureStyles. */
 export function particlePanel(
-  { options, state, effective }: Particles,
+  { state, effective }: Particles,
   details: ScanDetails | null,
   choose: (options: Partial<ParticleOptions>) => void,
 ): TemplateResult {
   const isThere = state !== null && details !== null && state.scan === details.index;
-  const words = state
-    ? `${formatCount(effective[state.scan] ?? 0)} of ${formatCount(state.values.length / 4)}, scan ${state.scan + 1}`
+  const number = state && effective[state.scan];
+  const words = number
+    ? `${formatCount(number)} of ${formatCount(state.values.length / 4)}, scan ${state.scan + 1}`
     : '…';
   return html`<section class="particles" aria-label="Monte Carlo">
     <h2>Monte Carlo</h2>
@@ -98,11 +99,15 @@ export function particlePanel(
           </svg>`
         : nothing
     }
-    <form @submit=${(event: Event) => event.preventDefault()}>
-      ${(Object.keys(FIELDS) as NumberOption[]).map((name) => field(name, options, choose))}
-      <label>Drawn anew ${list(DRAWING, options.resample_below, (resample_below) => choose({ resample_below }))}</label>
-    </form>
+    ${state ? form(state.options, choose) : nothing}
   </section>`;
+}
+
+function form(options: ParticleOptions, choose: (options: Partial<ParticleOptions>) => void): TemplateResult {
+  return html`<form @submit=${(event: Event) => event.preventDefault()}>
+    ${(Object.keys(FIELDS) as NumberOption[]).map((name) => field(name, options, choose))}
+    <label>Drawn anew ${list(DRAWING, options.resample_below, (resample_below) => choose({ resample_below }))}</label>
+  </form>`;
 }
 
 function field(
@@ -125,7 +130,7 @@ function field(
       max=${max}
       step=${step}
       required
-      .value=${String(options[name] ?? DEFAULT_OPTIONS[name])}
+      .value=${String(options[name])}
       @change=${onChange}
   /></label>`;
 }

@@ -2,26 +2,15 @@
 import { LatestQuery } from '../engine/latest-query.js';
 import type { ParticleOptions, ParticleState } from './protocol.js';
 
-/** Those of the engine. */
-export const DEFAULT_OPTIONS: ParticleOptions = {
-  num_particles: 2000,
-  seed: 1,
-  num_beams: 30,
-  return_sigma: 0.2,
-  independent: 0.3,
-  motion_noise: 1,
-  resample_below: 1,
-  random_share: 0,
-};
-
 export interface ParticleHooks {
-  compute(options: ParticleOptions, scan: number): Promise<ParticleState>;
+  compute(options: Partial<ParticleOptions>, scan: number): Promise<ParticleState>;
   changed(): void;
   failed(error: unknown): void;
 }
 
 export class Particles {
-  options = DEFAULT_OPTIONS;
+  /** Those that are not the engine's defaults. */
+  options: Partial<ParticleOptions> = {};
   /** After the scan that was reached last. */
   state: ParticleState | null = null;
   /** Effective number of particles after each scan so far; none of those that were passed in another run. */
@@ -48,9 +37,10 @@ export class Particles {
     this.#query.ask(scan);
   }
 
-  /** Starts anew. */
+  /** Starts anew; what was is shown until then. */
   choose(options: Partial<ParticleOptions>, scan: number): void {
-    this.forget();
+    this.#query.drop();
+    this.effective = [];
     this.options = { ...this.options, ...options };
     this.show(scan);
   }

@@ -58,6 +58,8 @@ export interface ScanDetails {
 export interface ParticleState {
   /** Index of the scan. */
   scan: number;
+  /** Chosen by hand, and the engine's defaults. */
+  options: ParticleOptions;
   /** Whether it is the one that was asked for. */
   isThere: boolean;
   /** x, y (m), theta (rad) and weight of each particle; the weights sum up to 1. */
@@ -86,7 +88,7 @@ export interface LocalizeApi {
   scan(index: number): ScanDetails;
   file<K extends keyof Files>(kind: K): Files[K];
   /** Goes on with a particle filter to this scan, for a moment; with other options it starts anew. */
-  particles(options: ParticleOptions, scan: number): ParticleState;
+  particles(options: Partial<ParticleOptions>, scan: number): ParticleState;
   /** How likely a return in each cell of the map is, row by row from the top: 0 to 255. */
   likelihoodField(): Uint8Array;
 }

@@ -120,6 +120,11 @@ impl ParticleFilter {
         Ok(filter)
     }
 
+    /// What was chosen.
+    pub fn options(&self) -> &ParticleOptions {
+        &self.options
+    }
+
     /// The particles, moved and weighed by the last scan.
     pub fn particles(&self) -> &[Particle] {
         &self.particles
