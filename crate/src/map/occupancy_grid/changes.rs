@@ -141,15 +141,13 @@ mod tests {
     fn a_box_that_was_moved_is_gone_at_one_place_and_new_at_the_other() {
         let before = grid(&[[-1.5, 1.0], [2.0, 1.0]], 0.0);
         let later = grid(&[[0.2, 1.0], [2.0, 1.0]], 0.06);
-        let mut found: Vec<_> =
-            before.changes(&later).into_iter().map(|Change { kind, middle, size, .. }| (kind, middle, size)).collect();
-        found.sort_by(|a, b| a.1[0].total_cmp(&b.1[0]));
-        let kinds: Vec<ChangeKind> = found.iter().map(|(kind, ..)| *kind).collect();
-        assert_eq!(kinds, [ChangeKind::Gone, ChangeKind::New], "{found:?}");
-        for ((_, middle, size), x) in found.iter().zip([-1.5, 0.2]) {
-            // The far sides are not seen.
-            assert!((middle[0] - x).abs() < 0.3 && (middle[1] - 0.9).abs() < 0.3, "{middle:?}");
-            assert!((0.4..0.7).contains(size), "{size}");
+        let found = before.changes(&later);
+        // The far sides are not seen, and a corner may part those that are.
+        for (kind, at) in [(ChangeKind::Gone, [-1.5, 1.0]), (ChangeKind::New, [0.2, 1.0])] {
+            let of_kind: Vec<&Change> = found.iter().filter(|change| change.kind == kind).collect();
+            let off = |change: &&Change| (Vector2::from(change.middle) - Vector2::from(at)).norm();
+            assert!(of_kind.iter().all(|change| off(change) < 0.4), "{of_kind:?}");
+            assert!(of_kind.first().is_some_and(|largest| (0.4..0.7).contains(&largest.size)), "{of_kind:?}");
         }
     }
 

@@ -236,7 +236,8 @@ mod tests {
         };
         let points = (0..4).flat_map(|quarter| side(f64::from(quarter) * std::f64::consts::FRAC_PI_2)).collect();
         let (scan, pose) = (PlanarScan::new(points), Pose2::identity());
-        let grid = OccupancyGrid::new(&[(&scan, pose)], &[vec![pose]], 0.05);
+        // As often as makes a cell free that beams cross.
+        let grid = OccupancyGrid::new(&[(&scan, pose); 5], &[], 0.05);
         ParticleFilter::new(&Rc::new(MapField::new(&grid)), options).expect("the room has walls and free space")
     }
 
