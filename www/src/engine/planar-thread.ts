@@ -40,6 +40,7 @@ type FullOnly = Pick<
   | 'graph_g2o'
   | 'graph_loops'
   | 'preview_edit'
+  | 'scans_at'
   | 'set_edits'
   | 'set_odometry'
   | 'unused_edits'
@@ -94,6 +95,7 @@ const api: Omit<Served<PlanarApi>, keyof Tables> = {
     return consequence;
   },
   ask: <K extends keyof Answers>(kind: K, frame: number) => answer(kind, frame) as Answers[K],
+  scansAt: (x, y, side) => reconstruction?.scans_at?.(x, y, side) ?? [],
 };
 
 function engineFacts(): EngineFacts {

@@ -1,5 +1,6 @@
 //! The whole run: scans in, trajectory and map out, one bounded piece of work after the other.
 
+mod anchor;
 mod chosen_odometry;
 mod counterparts;
 mod edit_faults;
@@ -17,6 +18,7 @@ pub(in crate::pipeline) mod pairs;
 mod run;
 mod scan_to_map;
 mod scan_unit;
+mod scans_at;
 
 use nalgebra::Vector2;
 
@@ -37,6 +39,7 @@ use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, Recon
 use crate::pipeline::settings::{LaserDirection, Settings};
 use crate::preprocess::clean::{CleaningReport, clean};
 use crate::registration::icp::IterationRecord;
+pub use anchor::KnownPlace;
 use chosen_odometry::{ChooseOdometry, ChosenOdometry};
 pub use edits::{Consequence, Edit, GraphLoop, GraphLoops, RefusedEdit};
 pub use grid_edits::edit_grid;
@@ -45,6 +48,7 @@ pub use localization::{Localization, LocalizationResult, LocatedPose, LocatedSca
 use run::{LaterRecording, Run};
 pub use scan_to_map::ScanToMap;
 use scan_unit::ScanUnit;
+pub use scans_at::ScanAt;
 
 /// A reconstruction of planar scans.
 ///
