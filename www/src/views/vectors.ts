@@ -1,0 +1,2 @@
+/** The package's vectors, for the views. */
+export * from '../../../package/base/vectors.js';
