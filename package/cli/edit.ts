@@ -51,7 +51,8 @@ Further steps edit the map that the loops have made, and its grid, in their orde
     { "action": "anchor", "pairs": [{ "map": [0, 0], "world": [120, 45] }, { "map": [9, 2], "world": [129, 47] }] }
                                             onto known coordinates; "accuracy": 0.02 (m, standard deviation)
     { "action": "leave_out", "first": 10, "last": 19 }
-Poses, points and grid move together; a turn is about the map's origin. Painted and cropped is the grid of the main piece.
+Poses, points and grid move together; a turn is about the map's origin. Painted and cropped is the grid of the main
+piece.
 
 Of a MAP without its scans, map.yaml beside its picture, the grid alone is painted and cropped.
 

@@ -70,8 +70,8 @@ Options:
                      fewer triangles: N at most
   --fill-holes SIZE  fill its holes up to this extent (m), or auto: ten voxels; what was seen to be empty stays open,
                      and .ply marks the vertices of the filling as filled
-  --grid FILE.yaml   of depth images or clouds: what is free and what is occupied on the floor, as ROS's map_server reads it,
-                     with its picture beside it as .pgm; the floor is the level that most points below the sensor have
+  --grid FILE.yaml   of depth images or clouds: what is free and what is occupied on the floor, as map_server of ROS
+                     reads it, with its picture beside it as .pgm; the floor is where most points below the sensor are
   --band LOW:HIGH    heights over the floor that --grid shows (m; default: ${GRID_BAND.join(':')}); what stands there is
                      occupied, and free is where the floor was seen or rays passed close over it
   --splats FOLDER    of depth images with colours: images, poses and points as nerfstudio (transforms.json) and COLMAP

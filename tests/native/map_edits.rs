@@ -124,8 +124,8 @@ fn an_anchor_lays_poses_points_graph_and_grid_on_known_places_and_is_undone_with
     let grid = office.occupancy_grid(0.05);
     let painted = T.act(&nalgebra::Vector2::new(0.3, 0.0));
     assert_eq!((grid.yaw, at(&grid, painted.x, painted.y)), (0.0, Cell::Occupied));
-    let first = office.poses()[0].translation;
-    assert_eq!(at(&grid, first.x, first.y), Cell::Free);
+    let later = office.poses()[20].translation;
+    assert_eq!(at(&grid, later.x, later.y), Cell::Free);
     let note = "The map was mended by hand: shapes painted 1; turned by 137.51°; anchored to known places, off by 0.000, 0.000, 0.000, \
                 0.000 m (0.000 m rms).";
     let anchored = office.result();
