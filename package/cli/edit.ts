@@ -48,8 +48,11 @@ Further steps edit the map that the loops have made, and its grid, in their orde
     { "action": "paint_polygon", "cells": "unknown", "corners": [[0, 0], [2, 0], [1, 2]] }
     { "action": "crop", "corners": [[-5, -5], [20, 12]] }
     { "action": "rotate" }                  to the walls; "angle": 0.3 (rad) turns by that, counter-clockwise
+    { "action": "anchor", "pairs": [{ "map": [0, 0], "world": [120, 45] }, { "map": [9, 2], "world": [129, 47] }] }
+                                            onto known coordinates; "accuracy": 0.02 (m, standard deviation)
     { "action": "leave_out", "first": 10, "last": 19 }
-Poses, points and grid turn together, about the map's origin. Painted and cropped is the grid of the main piece.
+Poses, points and grid move together; a turn is about the map's origin. Painted and cropped is the grid of the main
+piece.
 
 Of a MAP without its scans, map.yaml beside its picture, the grid alone is painted and cropped.
 

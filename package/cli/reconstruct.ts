@@ -2,9 +2,11 @@
 import { availableParallelism } from 'node:os';
 import { printable } from '../base/printable.js';
 import type { Recording } from '../files/recording.js';
+import { GRID_BAND } from '../mesh/floor_grid.js';
 import { isListName } from '../recording/lists.js';
 import type { OpenedRecording } from '../recording_reader.js';
 import { type Command, CommandError, type Engine, optionsOf, readArguments } from './command.js';
+import { readGridOptions } from './floor_grid.js';
 import { openInputs } from './inputs.js';
 import { readMeshOptions } from './mesh_options.js';
 import { type Options, readMapFormat } from './results.js';
@@ -15,7 +17,7 @@ import { readWishes } from './wishes.js';
 const OPTIONS = {
   ...optionsOf({
     texts:
-      'reference odometry intrinsics recording table preset workers map-format mesh mesh-voxel mesh-triangles fill-holes splats',
+      'reference odometry intrinsics recording table preset workers map-format mesh mesh-voxel mesh-triangles fill-holes grid band splats',
     lists: 'topic set',
     flags: 'g2o mcap workbench',
   }),
@@ -68,6 +70,10 @@ Options:
                      fewer triangles: N at most
   --fill-holes SIZE  fill its holes up to this extent (m), or auto: ten voxels; what was seen to be empty stays open,
                      and .ply marks the vertices of the filling as filled
+  --grid FILE.yaml   of depth images or clouds: what is free and what is occupied on the floor, as map_server of ROS
+                     reads it, with its picture beside it as .pgm; the floor is where most points below the sensor are
+  --band LOW:HIGH    heights over the floor that --grid shows (m; default: ${GRID_BAND.join(':')}); what stands there is
+                     occupied, and free is where the floor was seen or rays passed close over it
   --splats FOLDER    of depth images with colours: images, poses and points as nerfstudio (transforms.json) and COLMAP
                      (sparse/0) have them, for trainers of Gaussian splats
   --workers N        threads that prepare frames in advance; 0: none (default: one for each core)
@@ -108,7 +114,8 @@ async function run(engine: Engine, args: string[]) {
   const { out, reference, odometry, intrinsics, table, preset, g2o, mcap, workbench, splats, set = [] } = values;
   const [workers, mapFormat] = [readWorkers(values.workers), readMapFormat(values['map-format'])];
   const mesh = readMeshOptions(values.mesh, values['mesh-voxel'], values['mesh-triangles'], values['fill-holes']);
-  const also = { g2o, mcap, workbench, splats };
+  const grid = readGridOptions(values.grid, values.band);
+  const also = { g2o, mcap, workbench, splats, grid };
   const options = { out, reference, odometry, intrinsics, table, preset, set, workers, mapFormat, mesh, ...also };
   const complaints = new Complaints();
   const { complain, problems } = complaints;
@@ -169,7 +176,7 @@ export function withoutNamed({ notes, files, ...recording }: OpenedRecording, co
 /** Options that say nothing to recordings of this kind. */
 function complainOfOptions(
   { kind }: Recording,
-  { intrinsics, odometry, mesh, splats, g2o, mcap, workbench }: Options,
+  { intrinsics, odometry, mesh, grid, splats, g2o, mcap, workbench }: Options,
   complain: (problem: string) => void,
 ) {
   const what = kind === 'planar_scans' ? 'planar scans' : kind === 'clouds' ? 'clouds' : 'depth images';
@@ -180,6 +187,9 @@ function complainOfOptions(
     complain(
       `--mesh ${mesh.path}: not used, for planar scans have no surface; scanstitch export writes the walls of their map.`,
     );
+  }
+  if (grid !== undefined && kind === 'planar_scans') {
+    complain(`--grid ${grid.path}: not used, for the grid of planar scans is map.pgm and map.yaml.`);
   }
   if (splats !== undefined && kind !== 'depth_images') {
     complain(`--splats ${splats}: not used, for ${what} have no pictures.`);

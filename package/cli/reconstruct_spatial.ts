@@ -11,6 +11,7 @@ import { joinPoses } from '../recording/understand.js';
 import type { Registrar } from '../run/spatial_run.js';
 import { CommandError, untilInterrupt } from './command.js';
 import { isFolder, writeResults } from './disk.js';
+import { writeFloorGrid } from './floor_grid.js';
 import { type Input, readFirst, readInput, readRequired, readSource } from './inputs.js';
 import type { FrameJob } from './preparers.js';
 import { accepted, mapFile, type Options, reportFile, type Task } from './results.js';
@@ -63,6 +64,7 @@ export async function reconstructSpatial(task: Task) {
   const summary = headline(result, { ...timing, map: milliseconds }, sizes, jobs.length);
   print(`${frameTable(result, timing)}\n${summary}`);
   print(`Written to ${printable(options.out)}\n`);
+  if (options.grid) await writeFloorGrid(reconstruction, positions, options.grid, complain);
   if (options.mesh) {
     const { writeSurface } = await import('./surface.js');
     await writeSurface(engine, reconstruction, jobs, options.mesh, complain);

@@ -6,6 +6,7 @@ import type { OpenedRecording } from '../recording_reader.js';
 import { reportHtml } from '../report/report.js';
 import type { StepsFile } from '../report/steps_file.js';
 import { CommandError, type Engine, isScanstitchError } from './command.js';
+import type { GridOptions } from './floor_grid.js';
 import type { MeshOptions } from './mesh_options.js';
 
 /** What a reconstruction is given. */
@@ -40,6 +41,8 @@ export interface Options {
   workbench?: boolean | undefined;
   /** Of depth images. */
   mesh?: MeshOptions | undefined;
+  /** Of depth images or clouds. */
+  grid?: GridOptions | undefined;
   /** Folder for trainers of splats. */
   splats?: string | undefined;
 }

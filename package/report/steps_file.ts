@@ -1,5 +1,5 @@
 /** The file that keeps the steps by which a map was mended: what the page saves and the command line replays. */
-import type { Cell, Edit, PlanarPose } from '../../pkg/scanstitch.js';
+import type { Cell, Edit, KnownPlace, PlanarPose } from '../../pkg/scanstitch.js';
 import type { StepsFile } from '../files/recording.js';
 import { object, parsed, show } from './checked_json.js';
 
@@ -49,6 +49,10 @@ const READERS: { [A in Action]: (step: Fields) => Omit<Extract<Edit, { action: A
   paint_polygon: (step) => ({ cells: step.cells(), corners: step.points('corners') }),
   crop: (step) => ({ corners: step.pair('corners') }),
   rotate: (step) => (step.has('angle') ? { angle: step.number('angle') } : {}),
+  anchor: (step) => ({
+    pairs: step.knownPlaces('pairs'),
+    ...(step.has('accuracy') && { accuracy: step.number('accuracy') }),
+  }),
   leave_out: (step) => ({ first: step.count('first'), last: step.count('last') }),
 };
 
@@ -116,14 +120,31 @@ class Fields {
     const value = this.#take(name);
     const where = `${this.where}: "${name}"`;
     if (!Array.isArray(value)) throw new Error(`${where} is a list of points [x, y], not ${show(value)}`);
-    return value.map((point: unknown, index) => {
-      const one = `Point ${index + 1} of "${name}"`;
-      if (!Array.isArray(point) || point.length !== 2)
-        throw new Error(`${this.where}: ${one} is [x, y] in metres, not ${show(point)}`);
-      return [
-        finite(point[0], `${this.where}: x of p${one.slice(1)}`),
-        finite(point[1], `${this.where}: y of p${one.slice(1)}`),
-      ];
+    return value.map((point: unknown, index) => this.#point(point, `oint ${index + 1} of "${name}"`));
+  }
+
+  /** `one`: what it is, but for its first letter. */
+  #point(point: unknown, one: string): Point {
+    if (!Array.isArray(point) || point.length !== 2)
+      throw new Error(`${this.where}: P${one} is [x, y] in metres, not ${show(point)}`);
+    const [x, y] = point as [unknown, unknown];
+    return [finite(x, `${this.where}: x of p${one}`), finite(y, `${this.where}: y of p${one}`)];
+  }
+
+  knownPlaces(name: string): KnownPlace[] {
+    const value = this.#take(name);
+    const where = `${this.where}: "${name}"`;
+    const form = '{ "map": [x, y], "world": [X, Y] }';
+    if (!Array.isArray(value)) throw new Error(`${where} is a list of pairs ${form}, not ${show(value)}`);
+    return value.map((pair: unknown, index) => {
+      const { map, world, ...rest } = object(pair, `${this.where}: Pair ${index + 1} of "${name}"`);
+      const [unknown] = Object.keys(rest);
+      if (unknown !== undefined)
+        throw new Error(`${this.where}: Pair ${index + 1} has ${show(unknown)}; a pair is ${form}`);
+      return {
+        map: this.#point(map, `oint "map" of pair ${index + 1}`),
+        world: this.#point(world, `oint "world" of pair ${index + 1}`),
+      };
     });
   }
 

@@ -295,3 +295,44 @@ test('wrong steps are told with their place', async (t) => {
   assert.equal(absent.status, 1);
   assert.match(absent.stderr, /Name a recording and a file of steps/);
 });
+
+test('a map is anchored to known coordinates, with the residuals told, and pairs that contradict each other are named', async (t) => {
+  const folder = temporaryFolder(t);
+  // Turned by a right angle and shifted; the second place is 2 cm off.
+  const pairs = [
+    { map: [0, 0], world: [100, 200] },
+    { map: [4, 0], world: [100, 204.02] },
+  ];
+  const scaled = pairs.map(({ map, world: [x = 0, y = 0] }) => ({ map, world: [x, 200 + 1.1 * (y - 200)] }));
+  const [log = '', anchored = '', contradicting = '', wrong = ''] = writeFiles(folder, {
+    'drive.log': driveLog(BUILDING, 0, NUM_SCANS),
+    'anchored.json': fileOf([LINE, { action: 'anchor', pairs, accuracy: 0.02 }]),
+    'contradicting.json': fileOf([{ action: 'anchor', pairs: scaled }]),
+    'wrong.json': fileOf([{ action: 'anchor', pairs: [{ map: [0, 0], word: [1, 1] }] }]),
+  });
+  const out = join(folder, 'out');
+  const edited = async (/** @type {string} */ steps) => scanstitch(['edit', log, steps, '--g2o', '--out', out]);
+
+  const { status, stderr } = await edited(anchored);
+  assert.equal(status, 0, stderr);
+  const { frames, notes } = JSON.parse(readFileSync(join(out, 'report.json'), 'utf8'));
+  const { x, y, theta } = frames[0].T_world_sensor;
+  assert.ok(Math.hypot(x - 100, y - 200.01) < 1e-9 && Math.abs(theta - Math.PI / 2) < 1e-9, `${x} ${y} ${theta}`);
+  assert.ok(notes.includes('The map was mended by hand: shapes painted 1; turned by 90.00°; anchored to known places, off by 0.010, 0.010 m (0.010 m rms).'), notes.join('\n')); // prettier-ignore
+  // The grid, the graph and what was painted before lie there, too.
+  assert.deepEqual([gridIn(out).at(99.8, 201.01), gridIn(out).at(100, 200.5)], [0, 254]);
+  assert.match(
+    readFileSync(join(out, 'graph.g2o'), 'utf8'),
+    /^VERTEX_SE2 0 (99\.99999|100)\d*(\.0\d*)? 200\.0(1|09999)/,
+  );
+
+  const refused = await edited(contradicting);
+  assert.equal(refused.status, 1);
+  assert.match(
+    refused.stderr,
+    /the pairs do not fit each other to 0\.05 m: pair \d is off by 0\.21 m, and the places lie 10\.[56] % further apart/,
+  );
+  const read = await edited(wrong);
+  assert.equal(read.status, 1);
+  assert.match(read.stderr, /Step 1: Pair 1 has "word"; a pair is \{ "map": \[x, y\], "world": \[X, Y\] \}/);
+});

@@ -227,3 +227,135 @@ test('the grid is painted by hand and by numbers, cropped and turned to the wall
   await page.setViewportSize({ width: 390, height: 844 });
   expect(await overflowOf(page)).toBeLessThanOrEqual(0);
 });
+
+test('points of the map are measured by hand, by numbers and by keys, and a place tells the scans that saw it', async ({
+  empty: app,
+  page,
+}) => {
+  const panel = await mendTheLog(app);
+  await panel.getByRole('button', { name: 'Measure' }).click();
+  const take = async (x: string, y: string): Promise<void> => {
+    await panel.getByLabel('Point x (m)').fill(x);
+    await panel.getByLabel('Point y (m)').fill(y);
+    await panel.getByRole('button', { name: 'Take', exact: true }).click();
+  };
+  for (const [x, y] of [
+    ['0', '0'],
+    ['4', '0'],
+    ['4', '3'],
+  ]) {
+    await take(x ?? '', y ?? '');
+  }
+  const told = panel.getByRole('status');
+  await expect(told).toContainText(/Distance\s*3\.000 m\s*Direction\s*90\.0°\s*Angle at the point before\s*90\.0°/);
+  await expect(told).toContainText(/Along all points\s*7\.000 m\s*Round them\s*12\.000 m\s*Area\s*6\.00 m²/);
+  await take('0', '3');
+  await take('2', '-9');
+  await expect(told).toContainText('none: the way crosses itself');
+  await app.stage.press('Escape');
+  await expect(told).toBeHidden();
+
+  // By keys: the place under the cross, which the arrow keys move.
+  const cross = panel.getByText(/^x −?[\d.]+ m, y −?[\d.]+ m$/).first();
+  await app.stage.press('Enter');
+  await app.stage.press('ArrowRight');
+  await expect(cross).toBeVisible();
+  await app.stage.press('Enter');
+  await expect(told).toContainText(/Distance\s*[\d.]+ m/);
+  await app.stage.press('Backspace');
+  await expect(told).not.toContainText('Distance');
+  await app.stage.press('Escape');
+
+  // By the mouse: what is told is what the map tells of the place.
+  const [x, y] = await app.placeOnMap(200, 200);
+  await page.mouse.click(x, y);
+  const at = await app.worldAt(x, y);
+  await expect(told).toContainText(at.replace(' y', ', y'));
+
+  // The laser of the first scan stood at the origin: beams of it pass near by, ahead of it.
+  await panel.getByRole('button', { name: 'Scans at a place' }).click();
+  await take('0.5', '0');
+  const list = panel.getByRole('list', { name: 'Scans at the place' });
+  await expect(list.getByRole('button', { name: /^scan 0 / })).toBeVisible();
+  await expect(panel.getByText(/scans at x 0\.50 m, y 0\.00 m: beams of 0 end there/)).toBeVisible();
+  await list.getByRole('button', { name: /^scan 0 / }).click();
+  await expect(list.getByRole('button', { name: /^scan 0 / })).toHaveAttribute('aria-pressed', 'true');
+  await take('500', '0');
+  await expect(panel.getByText(/^0 scans at/)).toBeVisible();
+
+  await expectNamedControls(page);
+  for (const scheme of ['Dark', 'Light']) {
+    await page.getByRole('button', { name: `${scheme} colours` }).click();
+    await expect.poll(() => page.evaluate(findWeakContrast)).toEqual([]);
+  }
+  await page.setViewportSize({ width: 390, height: 844 });
+  expect(await overflowOf(page)).toBeLessThanOrEqual(0);
+});
+
+test('the map is anchored to known coordinates, refused where they contradict each other, undone, and replayed to the same bytes', async ({
+  empty: app,
+  page,
+}) => {
+  const panel = await mendTheLog(app);
+  /** Of the last run that was done. */
+  const first = (): Promise<{ x: number; y: number; theta: number }> =>
+    page.evaluate(() => {
+      const { result } = window.stitched.at(-1) as { result: { frames: { T_world_sensor: never }[] } };
+      return result.frames[0]?.T_world_sensor as never;
+    });
+  const before = await first();
+  await panel.getByRole('button', { name: 'Grid and frame' }).click();
+  await panel.getByRole('button', { name: 'Anchor', exact: true }).click();
+  const [x, y] = await app.placeOnMap(150, 150);
+  await page.mouse.click(x, y);
+  await page.mouse.click(x + 120, y);
+  const places = panel.getByText(/^\d: −?[\d.]+, −?[\d.]+ m is$/);
+  await expect(places).toHaveCount(2);
+  const numbers = (await places.allTextContents()).map((text) =>
+    text.replaceAll('−', '-').slice(2).split(',').map(Number.parseFloat),
+  );
+  const [[x0 = 0, y0 = 0] = [], [x1 = 0, y1 = 0] = []] = numbers;
+  const anchor = panel.getByRole('button', { name: 'Anchor the map' });
+  await expect(anchor).toBeDisabled();
+  const type = async (name: string, value: number): Promise<void> => {
+    await panel.getByLabel(name, { exact: true }).fill(value.toFixed(2));
+    await panel.getByLabel(name, { exact: true }).blur();
+  };
+  // Turned by a right angle, and shifted; the second place first too far away.
+  await type('X of place 1 (m)', 300 - y0);
+  await type('Y of place 1 (m)', 50 + x0);
+  await type('X of place 2 (m)', 300 - y1);
+  await type('Y of place 2 (m)', 50 + x1 + 2);
+  await anchor.click();
+  const refusal = page.getByRole('listitem').filter({ hasText: 'the pairs do not fit each other to 0.05 m: pair' });
+  await expect(refusal).toContainText('further apart in the world than in the map');
+  await expect(panel.getByRole('heading', { name: '0 steps taken' })).toBeVisible();
+  expect(await first()).toEqual(before);
+
+  // The pairs are still there to be corrected.
+  await type('Y of place 2 (m)', 50 + x1);
+  await anchor.click();
+  await expect.poll(async () => (await first()).x).toBeGreaterThan(200);
+  const { x: atX, y: atY, theta } = await first();
+  expect(Math.hypot(atX - (300 - before.y), atY - (50 + before.x))).toBeLessThan(0.05);
+  expect(Math.abs(Math.sin(theta - before.theta - Math.PI / 2))).toBeLessThan(0.02);
+  await expect(panel.getByRole('heading', { name: '1 step taken' })).toBeVisible();
+
+  const saving = page.waitForEvent('download');
+  await panel.getByRole('button', { name: 'Save the steps' }).click();
+  const folder = mkdtempSync(join(tmpdir(), 'scanstitch-anchor-'));
+  const steps = readFileSync(await (await saving).path());
+  const [log = '', file = ''] = writeFiles(folder, { 'drive.log': LOG, 'drive.steps.json': steps });
+  const replayed = await scanstitch(['edit', log, file, '--out', folder]);
+  expect(replayed.status, replayed.stderr).toBe(0);
+  await page.getByRole('button', { name: 'Export' }).click();
+  const exporting = page.waitForEvent('download');
+  await page.getByRole('menuitem', { name: /^Everything/ }).click();
+  const exported = unzipSync(readFileSync(await (await exporting).path()));
+  for (const name of ['trajectory.tum', 'map.ply', 'report.json', 'map.pgm', 'map.yaml']) {
+    expect(Buffer.from(exported[name] ?? []).equals(readFileSync(join(folder, name))), name).toBe(true);
+  }
+  rmSync(folder, { recursive: true });
+  await app.stage.press('Control+z');
+  await expect.poll(first).toEqual(before);
+});

@@ -19,6 +19,7 @@ mod depth_worlds;
 mod driven_grid;
 mod evaluation;
 mod evaluation_parts;
+mod flattened_grid;
 mod global_registration;
 mod gyroscope;
 mod icp_lab;

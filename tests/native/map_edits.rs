@@ -3,7 +3,7 @@
 use scanstitch::geometry::{Pose2, RigidMotion};
 use scanstitch::io::laser_log;
 use scanstitch::map::occupancy_grid::{Cell, OccupancyGrid};
-use scanstitch::pipeline::planar::{Edit, Reconstruction};
+use scanstitch::pipeline::planar::{Edit, KnownPlace, Reconstruction};
 use scanstitch::pipeline::report::Stage;
 use scanstitch::pipeline::settings::Settings;
 use scanstitch_scene::drive::{Drive, DriveOptions};
@@ -91,6 +91,112 @@ fn a_turn_to_the_walls_turns_poses_points_and_grid_together_and_what_was_painted
     assert_eq!(office.poses(), poses);
     let difference = with_turn.zip(errors(&office)).map_or(0.0, |(a, b)| (a - b).abs());
     assert!(difference < 1e-9, "a turn changes no error: {difference}");
+}
+
+/// Places of the map that lie in the world where this motion takes them, off by these distances along x (m).
+fn known<const N: usize>(T_world_map: &Pose2, off: [f64; N]) -> Vec<KnownPlace> {
+    let corners = [[0.0, 0.0], [6.0, 0.0], [6.0, 4.0], [0.0, 4.0]];
+    let place = |(map, off): (&[f64; 2], f64)| {
+        let world = T_world_map.act(&(*map).into());
+        KnownPlace { map: *map, world: [world.x + off, world.y] }
+    };
+    corners.iter().zip(off).map(place).collect()
+}
+
+#[test]
+fn an_anchor_lays_poses_points_graph_and_grid_on_known_places_and_is_undone_without_a_trace() {
+    let (mut office, _) = office();
+    let (poses, points, report) = (office.poses(), office.map().points, office.result());
+    let T = Pose2::new(nalgebra::Vector2::new(420.0, -37.5), 2.0);
+    let line = Edit::PaintLine { cells: Cell::Occupied, ends: [[0.0, 0.0], [0.4, 0.0]], width: 0.1 };
+    // Pairs are places of the map as the step before has turned it.
+    let anchor = |off| Edit::Anchor { pairs: known(&T, off), accuracy: None };
+    edited(&mut office, &[Edit::Rotate { angle: Some(0.4) }, line, anchor([0.0; 4])]);
+    let T_world_run = T * Pose2::rotation(0.4);
+    for (before, after) in poses.iter().zip(&office.poses()) {
+        let off = ((T_world_run * *before).inverse() * *after).log().norm();
+        assert!(off < 1e-9, "{off}");
+    }
+    for (before, after) in points.iter().zip(&office.map().points).step_by(97) {
+        let moved = T_world_run.act(&nalgebra::Vector2::new(f64::from(before[0]), f64::from(before[1])));
+        assert!((moved.x - f64::from(after[0])).hypot(moved.y - f64::from(after[1])) < 1e-4);
+    }
+    let grid = office.occupancy_grid(0.05);
+    let painted = T.act(&nalgebra::Vector2::new(0.3, 0.0));
+    assert_eq!((grid.yaw, at(&grid, painted.x, painted.y)), (0.0, Cell::Occupied));
+    let later = office.poses()[20].translation;
+    assert_eq!(at(&grid, later.x, later.y), Cell::Free);
+    let note = "The map was mended by hand: shapes painted 1; turned by 137.51°; anchored to known places, off by 0.000, 0.000, 0.000, \
+                0.000 m (0.000 m rms).";
+    let anchored = office.result();
+    assert!(anchored.notes.contains(&note.to_owned()), "{:?}", anchored.notes);
+    for (before, after) in report.frames.iter().zip(&anchored.frames) {
+        let trace = |std: Option<scanstitch::pipeline::report::PlanarPose>| std.map(|std| std.x.hypot(std.y));
+        let pair = trace(before.std).zip(trace(after.std));
+        assert!(pair.is_none_or(|(before, after)| (before - after).abs() < 1e-9 * before), "a shift is no uncertainty");
+    }
+    // Errors of the places are averaged: 0.04 m at one of four.
+    edited(&mut office, &[anchor([0.0, 0.04, 0.0, 0.0])]);
+    let note = office.result().notes.iter().find(|note| note.contains("anchored")).cloned().unwrap();
+    assert!(note.contains("off by 0.01") && note.contains("rms"), "{note}");
+    edited(&mut office, &[]);
+    assert!(office.poses() == poses && office.result() == report);
+}
+
+#[test]
+fn pairs_that_coincide_or_contradict_each_other_are_refused_with_the_figure() {
+    let (mut office, _) = office();
+    let T = Pose2::new(nalgebra::Vector2::new(10.0, 20.0), 1.0);
+    let place = KnownPlace { map: [1.0, 2.0], world: [3.0, 4.0] };
+    let far = KnownPlace { map: [0.0, 0.0], world: [0.0, 4.5e6] };
+    let scaled: Vec<KnownPlace> = known(&Pose2::identity(), [0.0; 2])
+        .iter()
+        .map(|p| KnownPlace { world: p.world.map(|x| 1.1 * x), ..*p })
+        .collect();
+    for (pairs, accuracy, expected) in [
+        (vec![place], None, "Step 1: the anchor has 1 pair"),
+        (vec![place, place], None, "Step 1: the pairs are all at one place"),
+        (vec![place, KnownPlace { world: [9.0, 9.0], ..place }], None, "Step 1: the pairs are all at one place"),
+        (vec![place, far], None, "Step 1: the world's coordinate 4500000 m is further than 105 km from its origin"),
+        (vec![place, KnownPlace { map: [f64::NAN, 0.0], ..place }], None, "Step 1: \"pairs\" has the number NaN"),
+        (known(&T, [0.0; 3]), Some(0.0), "Step 1: the accuracy is 0 m"),
+        (scaled.clone(), None, "the places lie 10.0 % further apart in the world than in the map"),
+        (
+            known(&T, [0.0, 1.0, 0.0, 0.0]),
+            None,
+            "Step 1: the pairs do not fit each other to 0.05 m: pair 2 is off by 0.",
+        ),
+    ] {
+        let edits = [Edit::Anchor { pairs, accuracy }];
+        let error = office.set_edits(&edits).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+    edited(&mut office, &[Edit::Anchor { pairs: scaled, accuracy: Some(0.2) }]);
+}
+
+#[test]
+fn the_scans_that_saw_a_place_are_those_whose_beams_ended_there_or_passed() {
+    let (mut office, _) = office();
+    let seen = |office: &Reconstruction, x: f64, y: f64| office.scans_at([x, y], 0.05);
+    // A return of a scan in the middle of the drive: that scan's beams end there; and nobody saw a place outside.
+    let sizes = office.map_sizes_from(0);
+    let first: u32 = sizes[..20].iter().sum();
+    let [x, y] = office.map_points_from(0)[first as usize + 40].map(f64::from);
+    let at_wall = seen(&office, x, y);
+    assert!(at_wall.iter().any(|at| at.scan == 20 && at.num_ended > 0), "{at_wall:?}");
+    assert!(at_wall.is_sorted_by(|a, b| a.scan < b.scan));
+    assert_eq!(seen(&office, 500.0, 0.0), []);
+    // Halfway to the return the beams of that scan pass, from where its laser was.
+    let laser = office.poses()[20].translation;
+    let halfway = seen(&office, f64::midpoint(x, laser.x), f64::midpoint(y, laser.y));
+    let of_scan = halfway.iter().find(|at| at.scan == 20).unwrap();
+    assert!(of_scan.num_passed > 0 && (of_scan.laser[0] - laser.x).abs() < 1e-12, "{of_scan:?}");
+    // Scans that are left out are told no more, and a turn of the map takes the place with it.
+    edited(&mut office, &[Edit::LeaveOut { first: 20, last: 20 }]);
+    assert!(seen(&office, x, y).iter().all(|at| at.scan != 20));
+    edited(&mut office, &[Edit::Rotate { angle: Some(std::f64::consts::FRAC_PI_2) }]);
+    let turned = seen(&office, -y, x);
+    assert!(turned.iter().any(|at| at.scan == 20 && at.num_ended > 0), "{turned:?}");
 }
 
 #[test]

@@ -10,6 +10,13 @@ pub(crate) const ONE_IN_THOUSAND: f64 = 16.3;
 pub(crate) const ONE_IN_TEN_THOUSAND: f64 = 21.1;
 pub(crate) const ONE_IN_HUNDRED_THOUSAND: f64 = 25.9;
 
+/// A squared distance of so many degrees of freedom beyond which one right one in 1,000 lies at most (Laurent and Massart, "Adaptive
+/// estimation of a quadratic functional by model selection", Annals of Statistics 28 (2000), lemma 1).
+pub(crate) fn one_in_thousand_of(num_degrees: usize) -> f64 {
+    let (k, t) = (num_degrees as f64, 1e3_f64.ln());
+    k + 2.0 * (k * t).sqrt() + 2.0 * t
+}
+
 /// The squared Mahalanobis distance of a perturbation; 0 where the covariance is singular.
 pub(crate) fn squared(off: &Vector3<f64>, covariance: &Matrix3<f64>) -> f64 {
     covariance.try_inverse().map_or(0.0, |information| off.dot(&(information * off)))

@@ -10,6 +10,8 @@
 
 mod changes;
 mod edits;
+mod flattened;
+mod lattice;
 
 use std::fmt::Write as _;
 
@@ -21,6 +23,7 @@ use crate::io::occupancy_map::{FREE_THRESH, OCCUPIED_THRESH, OccupancyMap};
 use crate::preprocess::planar_scan::PlanarScan;
 pub use changes::{Change, ChangeKind};
 pub use edits::Shape;
+use lattice::Lattice;
 
 /// The state of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -94,18 +97,22 @@ impl OccupancyGrid {
         let extent = high - low;
         let resolution =
             resolution.max((extent.x * extent.y / MAX_GRID_CELLS).sqrt()).max(extent.amax() / MAX_GRID_CELLS);
-        // The origin is a multiple of the resolution, so that the cells do not depend on the extent of the map.
-        let origin = low.map(|value| ((value / resolution).floor() - 1.0) * resolution);
-        let size = (high - origin).map(|value| (value / resolution) as usize + 2);
-        let log_odds = vec![0.0; size.x * size.y];
-        let (width, height) = (size.x, size.y);
-        let mut grid = Self { resolution, origin, yaw: 0.0, width, height, remark: String::new(), log_odds };
+        let mut grid = Self::unknown(&low, &high, resolution);
         let mut marks = Marks { of_scan: vec![0; grid.log_odds.len()], scan: 0 };
         for (scan, T) in placed {
             grid.add(scan, T, &mut marks);
         }
         grid.add_drives(drives, &arcs, &mut marks);
         grid
+    }
+
+    /// A grid around what lies between these corners, in which nothing is known.
+    fn unknown(low: &Vector2<f64>, high: &Vector2<f64>, resolution: f64) -> Self {
+        // The origin is a multiple of the resolution, so that the cells do not depend on the extent of the map.
+        let origin = low.map(|value| ((value / resolution).floor() - 1.0) * resolution);
+        let size = (high - origin).map(|value| (value / resolution) as usize + 2);
+        let (width, height, log_odds) = (size.x, size.y, vec![0.0; size.x * size.y]);
+        Self { resolution, origin, yaw: 0.0, width, height, remark: String::new(), log_odds }
     }
 
     /// The grid of a map from a file.
@@ -223,45 +230,6 @@ impl OccupancyGrid {
             let _ = writeln!(text, "# {}", self.remark);
         }
         text
-    }
-}
-
-/// Where the cells of a grid are.
-struct Lattice {
-    resolution: f64,
-    origin: Vector2<f64>,
-    width: usize,
-}
-
-impl Lattice {
-    /// Visits the cells from one point to the one before the cell of another (Amanatides and Woo, "A fast voxel traversal
-    /// algorithm for ray tracing", Eurographics 1987).
-    #[inline]
-    fn cells_between(&self, from: &Vector2<f64>, to: &Vector2<f64>, mut visit: impl FnMut(usize)) {
-        let scale = |point: &Vector2<f64>| (point - self.origin) / self.resolution;
-        let (start, end) = (scale(from), scale(to));
-        let along = end - start;
-        let cell = start.map(|value| value.floor() as i64);
-        let last = end.map(|value| value.floor() as i64);
-        let step = along.map(|value| if value >= 0.0 { 1i64 } else { -1 });
-        let per_cell = along.map(|value| if value == 0.0 { f64::INFINITY } else { 1.0 / value.abs() });
-        let border = |axis: usize| {
-            let next =
-                if step[axis] > 0 { cell[axis] as f64 + 1.0 - start[axis] } else { start[axis] - cell[axis] as f64 };
-            if along[axis] == 0.0 { f64::INFINITY } else { next * per_cell[axis] }
-        };
-        let (mut next_x, mut next_y) = (border(0), border(1));
-        let num_steps = (last - cell).abs().sum();
-        let mut index = cell.y as usize * self.width + cell.x as usize;
-        // A table instead of a branch, which would be mispredicted.
-        let steps = [(step.x as isize, per_cell.x, 0.0), (step.y as isize * self.width.cast_signed(), 0.0, per_cell.y)];
-        for _ in 0..num_steps {
-            visit(index);
-            let (stride, along_x, along_y) = steps[usize::from(next_y < next_x)];
-            index = index.wrapping_add_signed(stride);
-            next_x += along_x;
-            next_y += along_y;
-        }
     }
 }
 

@@ -155,21 +155,22 @@ impl<P, C> FrameResult<P, C> {
 }
 
 impl FrameResult<PlanarPose, CleaningReport> {
-    /// The result of a scan; `pose` is the current pose that it reports, of the sensor or of the robot.
+    /// The result of a scan; `pose` is the current pose that it reports, of the sensor or of the robot. `R_map_run`: a turn alone, for a
+    /// shift of the map changes no uncertainty.
     #[inline(never)]
     pub(crate) fn of_scan(
         label: FrameLabel,
         cleaning: CleaningReport,
         estimate: &FrameEstimate,
         pose: Pose2,
-        T_map_run: &Pose2,
+        R_map_run: &Pose2,
     ) -> Self {
         let registration = estimate.registration.as_ref();
         let overlap = registration.map_or(estimate.registered.agreement, |r| r.fitness);
         let degenerate = registration.filter(|r| r.observability.is_undetermined());
         Self {
-            std: registration.and_then(|registration| standard_deviation(registration, T_map_run)),
-            undetermined: degenerate.map(|r| planar(&(T_map_run.adjoint() * r.observability.weakest_direction))),
+            std: registration.and_then(|registration| standard_deviation(registration, R_map_run)),
+            undetermined: degenerate.map(|r| planar(&(R_map_run.adjoint() * r.observability.weakest_direction))),
             ..Self::new(label, pose.into(), &estimate.assessment(), overlap, registration, cleaning)
         }
     }
@@ -185,12 +186,12 @@ impl FrameResult<SpatialPose, ()> {
 
 /// Standard deviations of the sensor's position and heading in the world frame. The information is that of a perturbation about
 /// the world's origin; the adjoint of a translation transforms it to the sensor.
-fn standard_deviation(registration: &PlanarRegistration, T_map_run: &Pose2) -> Option<PlanarPose> {
+fn standard_deviation(registration: &PlanarRegistration, R_map_run: &Pose2) -> Option<PlanarPose> {
     let to_sensor =
         Pose2::translation(registration.T_target_source.translation.x, registration.T_target_source.translation.y);
     let adjoint = to_sensor.adjoint();
     let information = adjoint.tr_mul(&(registration.information * adjoint));
-    let turn = T_map_run.adjoint();
+    let turn = R_map_run.adjoint();
     let covariance = turn * information.cholesky()?.inverse() * turn.transpose();
     Some(planar(&covariance.diagonal().map(f64::sqrt)))
 }

@@ -6,7 +6,7 @@ use wasm_bindgen::prelude::*;
 use crate::thrown::Thrown;
 
 use crate::{Reconstruction, from_object, plain};
-use scanstitch::pipeline::planar::{Consequence, Edit, GraphLoops, RefusedEdit};
+use scanstitch::pipeline::planar::{Consequence, Edit, GraphLoops, RefusedEdit, ScanAt};
 
 #[wasm_bindgen]
 extern "C" {
@@ -27,6 +27,16 @@ impl Reconstruction {
     /// When the run is not done or the map has no graph.
     pub fn graph_loops(&mut self) -> Result<Ts<GraphLoops>, Thrown> {
         Ok(plain(&self.engine.graph_loops()?))
+    }
+
+    /// The scans with beams that end in the square cell around a place of the map or pass through it, by their numbers. `x`, `y` and the
+    /// `side` of the cell in m.
+    ///
+    /// # Errors
+    /// No input causes an error.
+    #[wasm_bindgen(unchecked_return_type = "ScanAt[]")]
+    pub fn scans_at(&self, x: f64, y: f64, side: f64) -> Result<Vec<Ts<ScanAt>>, Thrown> {
+        Ok(self.engine.scans_at([x, y], side).iter().map(plain).collect())
     }
 
     /// The map's graph as a g2o file: nodes are scans, counted from 0. Undefined where there is no graph, as before the scans are registered.

@@ -9,16 +9,18 @@ use wasm_bindgen::prelude::*;
 use crate::thrown::Thrown;
 
 use crate::memory::grow_ahead;
+use crate::occupancy_grid::OccupancyGrid;
 use crate::point_cloud::{MapFormat, map_format};
 use crate::{from_object, plain};
 use scanstitch::error::Error;
 use scanstitch::geometry::{PointCloud, Pose3};
 use scanstitch::io::{depth_image, intrinsics, pcd, ply, point_cloud, trajectory};
+use scanstitch::map::occupancy_grid::RESOLUTION;
 use scanstitch::map::voxel::VoxelMap;
 use scanstitch::pipeline::prepared_frame::{ColorFile, DecodeConfig, FrameLabel, PreparedFrame};
 use scanstitch::pipeline::report::Progress;
 use scanstitch::pipeline::settings::{Preset, SettingDescription};
-use scanstitch::pipeline::spatial::SpatialReconstruction as Engine;
+use scanstitch::pipeline::spatial::{Floor, SpatialReconstruction as Engine};
 use scanstitch::pipeline::spatial_settings::{SpatialSettings, spatial_descriptions};
 use scanstitch::pipeline::{MapSize, SpatialResult};
 
@@ -396,6 +398,26 @@ impl SpatialReconstruction {
     pub fn map_file(&mut self, format: &MapFormat) -> Result<Vec<u8>, Thrown> {
         let format = map_format(format)?;
         Ok(point_cloud::write(&self.map_cloud(), format))
+    }
+
+    /// The map flattened to a grid: what stands between the two heights of `band` over the floor (m), in cells of this side (m; 0.05 by
+    /// default). `up` points away from the floor, in the world of the map that is drawn, where the floor is `floor` m along it from the
+    /// origin.
+    ///
+    /// # Errors
+    /// When the band is empty or does not begin over the floor, or no frame has a good pose.
+    pub fn flattened_grid(
+        &self,
+        up: &[f64],
+        floor: f64,
+        band: &[f64],
+        resolution: Option<f64>,
+    ) -> Result<OccupancyGrid, Thrown> {
+        let triple = <[f64; 3]>::try_from(up).unwrap_or([f64::NAN; 3]);
+        let band = <[f64; 2]>::try_from(band).unwrap_or([f64::NAN; 2]);
+        let floor = Floor { up: triple.into(), height: floor };
+        let grid = self.engine.flattened_grid(&floor, band, resolution.unwrap_or(RESOLUTION))?;
+        Ok(OccupancyGrid { grid })
     }
 
     /// The result as the text of `report.json`.

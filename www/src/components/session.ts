@@ -250,7 +250,7 @@ export abstract class RunSession<
   protected abstract onStarted(): void;
 
   /** The view is to be fitted to what comes. */
-  protected fitAnew(): void {
+  fitAnew(): void {
     this.generation = ++numGenerations;
   }
 

@@ -175,7 +175,9 @@ export class ScanstitchMap extends FlatMap {
 
   protected override renderOwn(): unknown {
     const state = { pressed: this.layer !== null };
-    return this.canMend ? mapButton('loops', 'Mend the map', 'Mend the map (M)', this.mend, state) : nothing;
+    return this.canMend
+      ? mapButton('loops', 'Mend the map', 'Mend and measure the map (M)', this.mend, state)
+      : nothing;
   }
 
   protected override get ownKeys(): Record<string, () => void> {

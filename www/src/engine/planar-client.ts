@@ -18,6 +18,7 @@ import type {
   Problem,
   Progress,
   RefusedEdit,
+  ScanAt,
   RunState,
   Settings,
   Snapshot,
@@ -111,12 +112,14 @@ export class PlanarClient {
 
   /** Takes these steps, and none that were taken before. They are taken again after other settings. */
   mend(steps: readonly Edit[]): void {
+    const before = this.#steps;
     this.#steps = steps;
     this.#isMended = true;
     const mended = this.#host.call('mend', ++this.#run, steps).then(
       (refused) => this.#listener.refused(refused),
       (error: unknown) => {
-        this.#steps = [];
+        // The engine has kept them.
+        this.#steps = before;
         throw error;
       },
     );
@@ -126,6 +129,11 @@ export class PlanarClient {
   /** What a step would change after those that were taken. */
   previewEdit(step: Edit): Promise<Consequence> {
     return this.#host.call('previewEdit', [...this.#steps, step]);
+  }
+
+  /** The scans with beams that met a cell of this side (m); the full engine alone tells them. */
+  scansAt(x: number, y: number, side: number): Promise<ScanAt[]> {
+    return this.#host.call('scansAt', x, y, side);
   }
 
   /** Stops computing; what has been computed arrives as a snapshot. */

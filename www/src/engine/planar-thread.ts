@@ -40,6 +40,7 @@ type FullOnly = Pick<
   | 'graph_g2o'
   | 'graph_loops'
   | 'preview_edit'
+  | 'scans_at'
   | 'set_edits'
   | 'set_odometry'
   | 'changes'
@@ -95,6 +96,7 @@ const api: Omit<Served<PlanarApi>, keyof Tables> = {
     return consequence;
   },
   ask: <K extends keyof Answers>(kind: K, frame: number) => answer(kind, frame) as Answers[K],
+  scansAt: (x, y, side) => reconstruction?.scans_at?.(x, y, side) ?? [],
 };
 
 function engineFacts(): EngineFacts {

@@ -16,6 +16,7 @@ import type {
   Progress,
   ReconstructionResult,
   RefusedEdit,
+  ScanAt,
   TableFacts,
 } from './package.js';
 
@@ -180,6 +181,8 @@ export interface PlanarApi {
   mend(run: number, steps: readonly Edit[]): RefusedEdit[];
   /** What the last of these steps would change. */
   previewEdit(steps: readonly Edit[]): Consequence;
+  /** The scans with beams that met a cell of this side (m). */
+  scansAt(x: number, y: number, side: number): ScanAt[];
   /** A table as it would be read by `format`, or by a guess, with one of its scans; null where the file is no table. */
   describeTable(file: InputFile, format: string | null, scan: number): TableFacts | null;
 }

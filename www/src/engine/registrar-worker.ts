@@ -90,6 +90,14 @@ const api: Served<RegistrarApi> = {
     return { voxel_size, num_points: 0, num_bytes: 0, ...size, ms: performance.now() - start };
   },
 
+  floorGrid({ up, floor, band }) {
+    const grid = engine().flattened_grid(Float64Array.from(up), floor, Float64Array.from(band));
+    const { width, height } = grid;
+    const files = { pgm: grid.pgm(), yaml: grid.yaml('map.pgm'), width, height, greys: grid.grey_values() };
+    grid.free();
+    return files;
+  },
+
   ask: <K extends keyof SpatialAnswers>(kind: K, frame: number) => answers[kind](frame) as SpatialAnswers[K],
 };
 

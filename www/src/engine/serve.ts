@@ -45,8 +45,9 @@ export function serve<Api extends object>(api: Served<Api>): void {
         post({ crash: message });
         return;
       }
-      const { file = '', place = null, problem = message, remedy = '' } = error as Error & Partial<Problem>;
-      post({ id, error: { file, place, problem, remedy, message } });
+      // The engine has null for no file.
+      const { file, place = null, problem = message, remedy = '' } = error as Error & Partial<Problem>;
+      post({ id, error: { file: file ?? '', place, problem, remedy, message } });
     }
   };
 }

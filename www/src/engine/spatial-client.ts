@@ -21,6 +21,8 @@ import { WorkerDied } from './remote.js';
 import type {
   DepthColors,
   RegistrarApi,
+  FloorGrid,
+  FloorGridFiles,
   SizedMap,
   SpatialAnswers,
   SpatialFacts,
@@ -148,6 +150,11 @@ export class SpatialClient {
 
   ask<K extends keyof SpatialAnswers>(kind: K, frame = 0): Promise<SpatialAnswers[K]> {
     return this.#registrar.call('ask', kind, frame) as Promise<SpatialAnswers[K]>;
+  }
+
+  /** The map flattened to a grid. */
+  floorGrid(wanted: FloorGrid): Promise<FloorGridFiles> {
+    return this.#registrar.call('floorGrid', wanted);
   }
 
   /** What the map would come to in voxels of this size, m. */

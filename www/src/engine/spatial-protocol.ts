@@ -56,6 +56,26 @@ export interface SizedMap extends MapSize {
   ms: number;
 }
 
+/** Which part of the map is flattened. */
+export interface FloorGrid {
+  /** Away from the floor, in the map's world. */
+  up: readonly [number, number, number];
+  /** Its height along `up` (m). */
+  floor: number;
+  /** Lowest and highest height over the floor (m). */
+  band: readonly [number, number];
+}
+
+/** A grid as files of ROS's map_server, and as a picture. */
+export interface FloorGridFiles {
+  pgm: Uint8Array;
+  yaml: string;
+  width: number;
+  height: number;
+  /** Row by row from the top: 0 occupied, 254 free, 205 unknown. */
+  greys: Uint8Array;
+}
+
 /** What can be exported. */
 export interface SpatialAnswers {
   trajectory_tum: string;
@@ -95,6 +115,8 @@ export interface RegistrarApi {
   clearReference(): void;
   snapshot(): SpatialSnapshot;
   mapSize(voxel_size: number): SizedMap;
+  /** The map flattened to a grid, as files. */
+  floorGrid(wanted: FloorGrid): FloorGridFiles;
   /** `frame` matters for `map_before` and `kept_points` alone. */
   ask<K extends keyof SpatialAnswers>(kind: K, frame: number): SpatialAnswers[K];
 }

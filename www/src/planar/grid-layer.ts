@@ -58,7 +58,7 @@ function paint(tools: GridTools, ctx: Context, size: Size, view: Viewport, dark:
     ctx.strokeStyle = color;
     ctx.lineWidth = 2;
     ctx.stroke();
-  } else if (from && to) {
+  } else if (from && to && tools.tool !== 'anchor') {
     const [[x0, y0], [x1, y1]] = [onScreen(from), onScreen(to)];
     ctx.beginPath();
     ctx.rect(Math.min(x0, x1), Math.min(y0, y1), Math.abs(x1 - x0), Math.abs(y1 - y0));
@@ -80,6 +80,13 @@ function paint(tools: GridTools, ctx: Context, size: Size, view: Viewport, dark:
     ctx.beginPath();
     ctx.arc(...onScreen(place), 6, 0, 2 * Math.PI);
     ctx.fill();
+  }
+  if (tools.tool === 'anchor') {
+    ctx.font = '600 13px system-ui, sans-serif';
+    tools.places.forEach((place, at) => {
+      const [x, y] = onScreen(place);
+      ctx.fillText(String(at + 1), x + 9, y - 7);
+    });
   }
   ctx.restore();
 }

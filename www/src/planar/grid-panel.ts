@@ -1,6 +1,7 @@
 /** The part of the panel beside the map that edits its grid. */
 import { css, html, nothing, type TemplateResult } from 'lit';
 import type { Cell } from '../engine/protocol.js';
+import { formatFixed } from '../views/format.js';
 import type { GridTool, GridTools } from './grid-tools.js';
 import type { Mending } from './mending.js';
 
@@ -9,6 +10,7 @@ const TOOLS: readonly (readonly [GridTool, string])[] = [
   ['rectangle', 'Rectangle'],
   ['polygon', 'Polygon'],
   ['crop', 'Crop'],
+  ['anchor', 'Anchor'],
 ];
 const CELLS: readonly (readonly [Cell, string, string])[] = [
   ['occupied', 'Occupied', 'A wall or another thing to keep off'],
@@ -29,6 +31,10 @@ const WORDS: Record<GridTool, { ends: string; take: string }> = {
     ends: 'Drag over what is to stay, or tap two opposite corners, or type their coordinates.',
     take: 'Crop to the rectangle',
   },
+  anchor: {
+    ends: 'Tap places of the map whose coordinates are known, two at least and far apart, and type these (m). The map is turned and shifted to where they fit best; where they do not fit, the step is refused.',
+    take: 'Anchor the map',
+  },
 };
 const FIELDS = ['From x', 'y', 'To x', 'y'] as const;
 const NAMES = ['From x (m)', 'From y (m)', 'To x (m)', 'To y (m)'] as const;
@@ -37,7 +43,7 @@ export function gridPanel(mending: Mending): TemplateResult {
   const { grid, isDone } = mending;
   return html`<section aria-label="Grid">
       ${choice('Tool', TOOLS, grid.tool, (tool) => grid.choose(tool))}
-      ${grid.tool === 'crop' ? nothing : choice('Paint as', CELLS, grid.cells, (cells) => grid.paintAs(cells))}
+      ${grid.tool === 'crop' || grid.tool === 'anchor' ? nothing : choice('Paint as', CELLS, grid.cells, (cells) => grid.paintAs(cells))}
       <div class="actions">
         <button class="primary" title="Enter" ?disabled=${!isDone || !grid.step} @click=${() => mending.takeOnGrid()}>
           ${WORDS[grid.tool].take}
@@ -45,7 +51,7 @@ export function gridPanel(mending: Mending): TemplateResult {
         <button title="Escape" ?disabled=${grid.places.length === 0} @click=${() => grid.clear()}>Clear</button>
       </div>
       <p class="explanation">${WORDS[grid.tool].ends}</p>
-      ${grid.tool === 'polygon' ? cornerFields(grid) : endFields(grid)}
+      ${grid.tool === 'polygon' ? cornerFields(grid) : grid.tool === 'anchor' ? knownFields(grid) : endFields(grid)}
       ${grid.problem === '' ? nothing : html`<p role="status">${grid.problem}</p>`}
     </section>
     <section aria-label="Turn">
@@ -110,8 +116,27 @@ function cornerFields(grid: GridTools): TemplateResult {
     </div>`;
 }
 
+/** The known coordinates of each place. */
+function knownFields(grid: GridTools): TemplateResult {
+  return html`${grid.known.map(
+      ({ map, world }, at) =>
+        html`<div class="fields" role="group" aria-label="Place ${at + 1}">
+          <span class="number">${at + 1}: ${map.map((value) => formatFixed(value, 2)).join(', ')} m is</span>
+          ${(['X', 'Y'] as const).map((name, axis) =>
+            number(name, `${name} of place ${at + 1} (m)`, world[axis] ?? null, (to) => grid.typeKnown(at, axis, to)),
+          )}
+        </div>`,
+    )}
+    <div class="fields">
+      ${number('Standard deviation of a coordinate', 'Standard deviation (m)', grid.accuracy, (to) => grid.trust(to))}
+    </div>
+    <div class="actions">
+      <button ?disabled=${grid.known.length === 0} @click=${() => grid.removeCorner()}>Remove the last</button>
+    </div>`;
+}
+
 /** Buttons of which one is pressed. */
-function choice<T extends string>(
+export function choice<T extends string>(
   label: string,
   options: readonly (readonly [T, string, string?])[],
   chosen: T,
@@ -127,7 +152,12 @@ function choice<T extends string>(
   </div>`;
 }
 
-function number(label: string, name: string, value: number | null, take?: (value: number) => void): TemplateResult {
+export function number(
+  label: string,
+  name: string,
+  value: number | null,
+  take?: (value: number) => void,
+): TemplateResult {
   return html`<label
     >${label}<input
       type="number"
@@ -138,19 +168,19 @@ function number(label: string, name: string, value: number | null, take?: (value
   /></label>`;
 }
 
-function numbersOf(event: SubmitEvent): number[] {
+export function numbersOf(event: SubmitEvent): number[] {
   const inputs = (event.target as HTMLFormElement).querySelectorAll('input');
   return [...inputs].map((input) => input.valueAsNumber);
 }
 
 export const gridStyles = css`
   .choice {
-    display: grid;
-    grid-auto-columns: minmax(min-content, 1fr);
-    grid-auto-flow: column;
+    display: flex;
+    flex-wrap: wrap;
     gap: 4px;
   }
   .choice button {
+    flex: 1 0 auto;
     gap: 4px;
     min-width: 0;
     padding-inline: 4px;

@@ -1,14 +1,22 @@
 /** What edits a map's grid: the tool in hand, and the shape that it has drawn. */
 import type { Cell, Edit } from '../engine/protocol.js';
 
-export type GridTool = 'line' | 'rectangle' | 'polygon' | 'crop';
+export type GridTool = 'line' | 'rectangle' | 'polygon' | 'crop' | 'anchor';
 export type Place = readonly [x: number, y: number];
 /** x and y of both ends of a line, or of two opposite corners (m); null where they are not given yet. */
 type Numbers = readonly [number | null, number | null, number | null, number | null];
 
+/** A place of the map, and its known coordinates as far as they are given (m). */
+export interface Known {
+  map: Place;
+  world: readonly [x: number | null, y: number | null];
+}
+
 const NONE: Numbers = [null, null, null, null];
 /** Width of a line at first (m): a wall of two cells. */
 const WIDTH = 0.1;
+/** Standard deviation of a known coordinate at first (m): a cell, as in the engine. */
+const ACCURACY = 0.05;
 /** Drawn numbers are rounded to this many parts of a metre: a fifth of a cell. */
 const PER_METRE = 100;
 
@@ -20,6 +28,10 @@ export class GridTools {
   numbers: Numbers = NONE;
   /** Of a polygon. */
   corners: readonly Place[] = [];
+  /** Of an anchor. */
+  known: readonly Known[] = [];
+  /** Of its coordinates (m). */
+  accuracy = ACCURACY;
   /** Which of the places a drag moves, where it began and how far it has come (m), and all of them before; null while there is no drag. */
   #drag: { at: number; x: number; y: number; before: readonly Place[] } | null = null;
 
@@ -47,13 +59,31 @@ export class GridTools {
     this.#set(this.numbers.map((number, i) => (i !== at ? number : Number.isNaN(value) ? null : value)));
   }
 
-  /** Gives a polygon one more corner. */
+  /** Gives a polygon one more corner, or an anchor one more place. */
   addCorner(corner: Place): void {
-    this.#put([...this.corners, corner]);
+    this.#put([...this.places, corner]);
   }
 
   removeCorner(): void {
-    this.#put(this.corners.slice(0, -1));
+    this.#put(this.places.slice(0, -1));
+  }
+
+  /** Gives a known coordinate of a place; NaN takes it back. */
+  typeKnown(at: number, axis: number, value: number): void {
+    const given = Number.isNaN(value) ? null : value;
+    const world = ([x, y]: Known['world']): Known['world'] => (axis === 0 ? [given, y] : [x, given]);
+    this.known = this.known.map((known, i) => (i === at ? { ...known, world: world(known.world) } : known));
+    this.onChange();
+  }
+
+  trust(accuracy: number): void {
+    this.accuracy = accuracy;
+    this.onChange();
+  }
+
+  /** Whether the shape has as many places as are tapped. */
+  get #isOpen(): boolean {
+    return this.tool === 'polygon' || this.tool === 'anchor';
   }
 
   clear(): void {
@@ -63,12 +93,14 @@ export class GridTools {
   /** The ends or corners that are given. */
   get places(): readonly Place[] {
     if (this.tool === 'polygon') return this.corners;
+    if (this.tool === 'anchor') return this.known.map(({ map }) => map);
     const [x0, y0, x1, y1] = this.numbers;
     const first: Place[] = x0 === null || y0 === null ? [] : [[x0, y0]];
     return x1 === null || y1 === null ? first : [...first, [x1, y1]];
   }
 
   get isWhole(): boolean {
+    if (this.tool === 'anchor') return this.known.length > 1 && this.known.every(({ world }) => !world.includes(null));
     return this.tool === 'polygon' ? this.corners.length > 2 : this.numbers.every((number) => number !== null);
   }
 
@@ -76,6 +108,7 @@ export class GridTools {
   get problem(): string {
     const [from, to] = this.places;
     if (!from || !to || !this.isWhole) return '';
+    if (this.tool === 'anchor') return this.accuracy > 0 ? '' : 'The standard deviation is more than 0 m.';
     if (this.tool === 'polygon')
       return areOnLine(this.corners) ? 'The polygon has no area: its corners lie on a line.' : '';
     const [wide, high] = [from[0] !== to[0], from[1] !== to[1]];
@@ -92,7 +125,11 @@ export class GridTools {
     if (!from || !to || !this.isWhole || this.problem !== '') return null;
     const pair = ([x, y]: Place): [number, number] => [x, y];
     const both: [[number, number], [number, number]] = [pair(from), pair(to)];
-    const { tool, cells, width } = this;
+    const { tool, cells, width, accuracy } = this;
+    if (tool === 'anchor') {
+      const pairs = this.known.map(({ map, world: [x, y] }) => ({ map: pair(map), world: pair([x ?? 0, y ?? 0]) }));
+      return { action: 'anchor', pairs, accuracy };
+    }
     if (tool === 'polygon') return { action: 'paint_polygon', cells, corners: this.corners.map(pair) };
     if (tool === 'crop') return { action: 'crop', corners: both };
     if (tool === 'rectangle') return { action: 'paint_rectangle', cells, corners: both };
@@ -103,7 +140,7 @@ export class GridTools {
 
   /** A tap gives a polygon its next corner; of others the first end, then the second; after both the next shape begins. */
   tap(place: Place): void {
-    if (this.tool === 'polygon') this.addCorner(place);
+    if (this.#isOpen) this.addCorner(place);
     else this.#put([...(this.isWhole ? [] : this.places), place]);
   }
 
@@ -114,7 +151,7 @@ export class GridTools {
     const near = distances.indexOf(Math.min(...distances));
     const grasped = (distances[near] ?? Infinity) <= reach ? before[near] : undefined;
     if (grasped) this.#drag = { at: near, x: grasped[0], y: grasped[1], before };
-    else this.#drag = this.isWhole || this.tool === 'polygon' ? null : { at: 1, x, y, before };
+    else this.#drag = this.isWhole || this.#isOpen ? null : { at: 1, x, y, before };
   }
 
   /** Whether the drag (m) draws; the map is moved otherwise. */
@@ -146,6 +183,9 @@ export class GridTools {
     const whole = places.map(([x, y]): Place => [rounded(x), rounded(y)]);
     if (this.tool === 'polygon') {
       this.corners = whole;
+      this.onChange();
+    } else if (this.tool === 'anchor') {
+      this.known = whole.map((map, at) => ({ map, world: this.known[at]?.world ?? [null, null] }));
       this.onChange();
     } else this.#set(whole.flat());
   }

@@ -17,12 +17,15 @@ import { composed } from './loop-poses.js';
 import { gridLayer } from './grid-layer.js';
 import { gridPanel, gridStyles } from './grid-panel.js';
 import { fitOf, loopLayer } from './loop-layer.js';
-import { type Draft, Mending } from './mending.js';
+import { measureLayer } from './measure-layer.js';
+import { measurePanel, measureStyles } from './measure-panel.js';
+import { type Draft, type MendPart, Mending } from './mending.js';
 
 export { Mending };
 
 /** What lies over the map. */
 export function mendLayer(mending: Mending): MapLayer {
+  if (mending.part === 'measure') return measureLayer(mending.measuring, mending.keys);
   return mending.isOnGrid ? gridLayer(mending.grid, mending.keys) : loopLayer(mending);
 }
 
@@ -34,6 +37,8 @@ const MOST_LISTED = 100;
 @customElement('scanstitch-mend')
 export class ScanstitchMend extends LitElement {
   @property({ attribute: false, hasChanged: () => true }) mending!: Mending;
+  /** The scan that is selected. */
+  @property({ attribute: false }) selected: number | null = null;
   /** The kind of step that was prepared at the last update. */
   private shown: Draft['kind'] | undefined;
 
@@ -68,15 +73,19 @@ export class ScanstitchMend extends LitElement {
     else if (event.key === 'Delete' && mending.draft?.kind === 'old') mending.take();
     else if (event.key === 'Escape' && mending.draft) mending.prepare(null);
     else if (event.key === 'Escape' && mending.isOnGrid && mending.grid.places.length > 0) mending.grid.clear();
+    else if (event.key === 'Escape' && mending.part === 'measure' && !mending.measuring.isEmpty)
+      mending.measuring.clear();
     else if (event.key === 'Escape') this.close();
     else return;
     event.preventDefault();
   }
 
   protected override render(): TemplateResult {
-    const { loops, draft, problem, isOnGrid } = this.mending;
+    const { loops, draft, problem, isOnGrid, part, measuring } = this.mending;
     const body = (): TemplateResult => {
       if (isOnGrid) return gridPanel(this.mending);
+      if (part === 'measure')
+        return measurePanel(measuring, this.selected, (scan) => fire(this, 'frame-selected', scan));
       if (problem !== '') return html`<p>${problem}</p>`;
       if (!loops) return html`<p class="muted">Looking at the loops</p>`;
       if (!draft) return this.renderList(loops.loops);
@@ -88,14 +97,14 @@ export class ScanstitchMend extends LitElement {
       </header>
       <div class="choice" role="group" aria-label="What is mended">
         ${this.renderPart('loops', 'Loops')} ${this.renderPart('grid', 'Grid and frame')}
+        ${this.renderPart('measure', 'Measure')}
       </div>
-      ${body()} ${this.renderSteps()}`;
+      ${body()} ${part === 'measure' ? nothing : this.renderSteps()}`;
   }
 
-  private renderPart(part: 'grid' | 'loops', label: string): TemplateResult {
+  private renderPart(part: MendPart, label: string): TemplateResult {
     const { mending } = this;
-    const isShown = mending.isOnGrid === (part === 'grid');
-    return html`<button aria-pressed=${isShown} @click=${() => mending.edit(part)}>${label}</button>`;
+    return html`<button aria-pressed=${mending.part === part} @click=${() => mending.turnTo(part)}>${label}</button>`;
   }
 
   private renderList(loops: readonly GraphLoop[]): TemplateResult {
@@ -251,6 +260,7 @@ export class ScanstitchMend extends LitElement {
     panelStyles,
     statusStyles,
     gridStyles,
+    measureStyles,
     css`
       :host {
         grid-area: question;

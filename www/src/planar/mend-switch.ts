@@ -20,10 +20,10 @@ export class MendSwitch {
     host.requestUpdate();
   };
 
-  /** Beside the map. */
-  panel(): TemplateResult | typeof nothing {
+  /** Beside the map, with the scan that is selected. */
+  panel(selected: number | null): TemplateResult | typeof nothing {
     return this.mending
-      ? html`<scanstitch-mend .mending=${this.mending} @closed=${this.toggle}></scanstitch-mend>`
+      ? html`<scanstitch-mend .mending=${this.mending} .selected=${selected} @closed=${this.toggle}></scanstitch-mend>`
       : nothing;
   }
 }

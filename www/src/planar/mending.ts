@@ -9,6 +9,7 @@ import { plural, sentence } from '../views/format.js';
 import type { MapLayer } from '../views/map-layer.js';
 import { GridTools } from './grid-tools.js';
 import { composed, inverse } from './loop-poses.js';
+import { MapMeasuring } from './map-measuring.js';
 import type { PlanarSession } from './session.js';
 
 /** A step that is not taken yet: a loop to be taken out, or scans between which one is to be put in. */
@@ -22,14 +23,24 @@ const KEY_STEP = 0.1;
 /** ... and a bracket turns it by this (rad). */
 const KEY_TURN = Math.PI / 36;
 
+/** Loops are mended, the grid and the frame of the map edited, and the map is measured. */
+export type MendPart = 'loops' | 'grid' | 'measure';
+
+/** What is said of a step. */
+const TAKEN: Partial<Record<Edit['action'], string>> = {
+  crop: 'The grid is cropped.',
+  anchor: 'The map is laid on the known coordinates.',
+};
+
 export class Mending {
   loops: GraphLoops | null = null;
   draft: Draft | null = null;
   /** Null while it is not known. */
   consequence: Consequence | null = null;
-  /** Whether the grid is edited, and not the loops. */
-  isOnGrid = false;
+  /** What the panel is about. */
+  part: MendPart = 'loops';
   readonly grid = new GridTools(() => this.#changed());
+  readonly measuring: MapMeasuring;
   /** Why there is nothing to mend; empty where there is. */
   problem = '';
   #layer: MapLayer | null = null;
@@ -41,9 +52,15 @@ export class Mending {
     readonly onChange: () => void,
     readonly layerOf: (mending: Mending) => MapLayer,
   ) {
+    this.measuring = new MapMeasuring(session, () => this.#changed());
     // Computed anew by the full engine, the map has its loops.
     if (session.client?.prepareToMend()) this.#snapshot = session.snapshot;
     else this.follow();
+  }
+
+  /** Whether the grid is edited, and not the loops. */
+  get isOnGrid(): boolean {
+    return this.part === 'grid';
   }
 
   get steps(): readonly Edit[] {
@@ -76,6 +93,9 @@ export class Mending {
     const snapshot = session.snapshot;
     this.#snapshot = snapshot;
     this.draft = null;
+    // The map may lie elsewhere now.
+    this.measuring.clear();
+    if (this.steps.at(-1)?.action === 'anchor') this.grid.clear();
     const settle = (loops: GraphLoops | null, problem: string): void => {
       if (session.snapshot !== snapshot) return;
       loops?.loops.sort((a, b) => b.chi_squared - a.chi_squared);
@@ -88,9 +108,9 @@ export class Mending {
     );
   }
 
-  /** Edits the grid, or the loops. */
-  edit(what: 'grid' | 'loops'): void {
-    this.isOnGrid = what === 'grid';
+  /** Turns to another part. */
+  turnTo(part: MendPart): void {
+    this.part = part;
     this.#changed();
   }
 
@@ -135,6 +155,14 @@ export class Mending {
         ...(grid.places.length > 0 && { Escape: () => grid.clear() }),
       };
     }
+    if (this.part === 'measure') {
+      const { measuring } = this;
+      return {
+        Enter: () => measuring.takeCross(),
+        Backspace: () => measuring.back(),
+        ...(!measuring.isEmpty && { Escape: () => measuring.clear() }),
+      };
+    }
     const back = this.draft && { Escape: () => this.prepare(null) };
     if (this.draft?.kind !== 'new' || !this.draft.pose) return { ...back };
     return {
@@ -172,8 +200,11 @@ export class Mending {
   takeOnGrid(): void {
     const { step } = this.grid;
     if (!step || !this.isDone) return;
-    this.grid.clear();
-    this.session.announce(step.action === 'crop' ? 'The grid is cropped.' : 'The shape is painted.');
+    // The pairs of an anchor that is refused are corrected.
+    if (step.action !== 'anchor') this.grid.clear();
+    this.session.announce(TAKEN[step.action] ?? 'The shape is painted.');
+    // The map may lie far away then.
+    if (step.action === 'anchor') this.session.fitAnew();
     this.#mend([...this.steps, step]);
   }
 

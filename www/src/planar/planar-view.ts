@@ -247,7 +247,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
 
   /** Beside the map. */
   protected override renderQuestion(): TemplateResult | typeof nothing {
-    return this.mendSwitch.panel();
+    return this.mendSwitch.panel(this.selected);
   }
 
   /** The dialog about the columns of a table; its code is loaded with the first one. */

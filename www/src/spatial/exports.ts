@@ -1,7 +1,7 @@
 /** Exports of a run in space. */
 import { MESH_FORMATS, type MeshFormat } from '../../../package/mesh/files.js';
 import type { MenuItem } from '../components/menu.js';
-import type { SpatialAnswers } from '../engine/spatial-protocol.js';
+import type { FloorGridFiles, SpatialAnswers } from '../engine/spatial-protocol.js';
 import type { Download } from '../export/download.js';
 import { matrixFiles, reportOf, type ReportSource, textBlob, utf8, zip } from '../export/exports.js';
 
@@ -17,6 +17,11 @@ export const SPATIAL_EXPORTS: readonly MenuItem[] = [
   { id: 'pcd', label: 'Map as PCD', detail: 'the same for PCL, binary' },
   { id: 'pcd_binary_compressed', label: 'PCD, compressed', detail: 'the map, lossless' },
   { id: 'pcd_ascii', label: 'PCD as text', detail: 'the map, human-readable' },
+  {
+    id: 'floor_grid',
+    label: 'Grid on the floor',
+    detail: 'for robots: map.pgm and map.yaml of what stands 0.2 to 1.8 m over it, or as chosen',
+  },
   { id: 'report', label: 'Report to print', detail: 'figures, map, path, frames and notes, as one HTML file' },
   { id: 'json', label: 'Report as JSON', detail: 'report.json: settings, frames, comparison' },
   { id: 'errors', label: 'Errors', detail: 'one line a frame, as CSV' },
@@ -59,6 +64,7 @@ export interface SpatialSources {
   surface(format: MeshFormat): Promise<Uint8Array>;
   picture(): Promise<Blob>;
   turntable(): Promise<Blob>;
+  floorGrid(): Promise<FloorGridFiles>;
   /** The files for trainers of splats. */
   splats(): Promise<Record<string, Uint8Array>>;
   errors(): string;
@@ -94,6 +100,10 @@ export async function makeSpatialExport(id: string, sources: SpatialSources): Pr
       return { name: 'map.png', blob: await sources.picture() };
     case 'turntable':
       return { name: 'turntable.webm', blob: await sources.turntable() };
+    case 'floor_grid': {
+      const { filesOf } = await import('./flattening.js');
+      return { name: 'floor_grid.zip', blob: await zip(filesOf(await sources.floorGrid())) };
+    }
     case 'splats':
       return { name: 'splats.zip', blob: await zip(await sources.splats()) };
     default:

@@ -35,7 +35,7 @@ export class MapTools {
     const { hidden, plane, isInside } = this.now;
     const shows = { ...look.shows, ...Object.fromEntries(hidden.map((layer) => [layer, false])) };
     // Inside, the ceiling is there.
-    const section = isInside ? 1e9 : look.section;
+    const section = isInside ? 1e9 : (this.now.section ?? look.section);
     return { ...look, section, plane, isInside, shows };
   }
 

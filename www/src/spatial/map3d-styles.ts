@@ -182,6 +182,19 @@ export const map3dStyles = css`
     transform: translate(-50%, -50%);
     pointer-events: none;
   }
+  .floor-grid {
+    position: absolute;
+    bottom: 10px;
+    left: 10px;
+    padding: 4px;
+    border: 1px solid var(--line-strong);
+    border-radius: 6px;
+    background: var(--surface);
+    max-width: 40%;
+    max-height: 40%;
+    image-rendering: pixelated;
+    pointer-events: none;
+  }
   .measured {
     position: absolute;
     padding: 1px 8px;

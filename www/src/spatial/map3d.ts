@@ -8,7 +8,8 @@ import { mapFrame, mapToolbar } from '../drawing/map-toolbar.js';
 import { shared } from '../components/theme.js';
 import { type KeyedMap, PAN_STEP, pressKey, ZOOM_STEP } from '../views/map-keys.js';
 import { OrbitedMap } from './orbited-map.js';
-import type { MapPoints } from '../engine/spatial-protocol.js';
+import { GRID_BAND } from '../../../package/mesh/floor_grid.js';
+import type { FloorGrid, MapPoints } from '../engine/spatial-protocol.js';
 import type { Vec3 } from '../views/vectors.js';
 import { floorLines } from './floor.js';
 import { NO_POINTS } from './leveling.js';
@@ -67,6 +68,10 @@ export class ScanstitchMap3d extends OrbitedMap implements GraphicsUser<MapScene
   /** The selected frame's picture. */
   @property({ attribute: false }) image: HTMLImageElement | null = null;
 
+  /** Makes the grid that the map is flattened to. */
+  @property({ attribute: false }) floorGrid!: ToolHost['floorGrid'];
+
+  band: ToolHost['band'] = GRID_BAND;
   @state() private choices: LookChoices = FIRST_CHOICES;
   @state() private layersOpen = false;
   @query('.stage') readonly stage!: HTMLElement;
@@ -108,6 +113,11 @@ export class ScanstitchMap3d extends OrbitedMap implements GraphicsUser<MapScene
       this.passMarks(changed.get('marks') ?? null);
     }
     this.requestPaint();
+  }
+
+  /** What the map is flattened to. */
+  async floorGridWanted(): Promise<FloorGrid> {
+    return (await import('./flattening.js')).floorGridOf(this);
   }
 
   /** The map as a picture, at twice the resolution of the screen or better. */

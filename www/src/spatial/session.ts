@@ -7,7 +7,14 @@ import type { Opened } from '../datasets/dataset.js';
 import { LastRequest } from '../engine/last-request.js';
 import type { Readable, SpatialJob } from '../engine/preparer.js';
 import { SpatialClient, type SpatialInputs, type SpatialState } from '../engine/spatial-client.js';
-import type { SizedMap, SpatialAnswers, SpatialSettings, SpatialSnapshot } from '../engine/spatial-protocol.js';
+import type {
+  FloorGrid,
+  FloorGridFiles,
+  SizedMap,
+  SpatialAnswers,
+  SpatialSettings,
+  SpatialSnapshot,
+} from '../engine/spatial-protocol.js';
 import { messageOf } from '../engine/message-of.js';
 import { baseName, formatDuration, formatLength, plural } from '../views/format.js';
 import { depthRamp } from './depth-picture.js';
@@ -149,6 +156,10 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   }
 
   /** Downsamples the map with voxels of several sizes, one after the other, and reports the number of points. */
+  floorGrid(wanted: FloorGrid): Promise<FloorGridFiles> {
+    return this.client?.floorGrid(wanted) ?? Promise.reject(new Error('The page was closed.'));
+  }
+
   async measureSizes(): Promise<void> {
     const { snapshot } = this;
     if (this.sizes || !this.client) return;

@@ -166,6 +166,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       surface: (format) => this.runSurface.file(session, format),
       picture: () => this.map.picture(),
       turntable: () => this.map.turntable(),
+      floorGrid: async () => session.floorGrid(await this.map.floorGridWanted()),
       splats: async () => (await import('./splats.js')).splatsOf(session, result),
       errors: () => errorCsv(result, session.frameMs),
       frameNames: result.frames.map(({ name }) => name),
@@ -186,6 +187,8 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       num_frames,
     };
   }
+
+  private readonly floorGrid: ScanstitchMap3d['floorGrid'] = (wanted) => this.session.floorGrid(wanted);
 
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
     super.willUpdate(changed);
@@ -219,6 +222,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       .hasColors=${session.points.colors.length > 0}
       .pathBefore=${this.overlay}
       .fitKey=${this.fitKey}
+      .floorGrid=${this.floorGrid}
       .description=${this.mapWords(result)}
       .image=${this.selected !== null && this.loader.frame === this.selected ? this.loader.images.color : null}
       ?growing=${phase === 'running'}

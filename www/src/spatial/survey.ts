@@ -1,6 +1,6 @@
 /** What is measured of a map before it is shown: how it lies before the eye, how high it is, which way its walls run. */
 import type { MapPoints } from '../engine/spatial-protocol.js';
-import { type Heights, heightsOf, leveling, sample, straightAzimuth } from './leveling.js';
+import { type Heights, layOf, NUM_SAMPLES, sample, straightAzimuth } from './leveling.js';
 import { type Pose, positionOf } from './poses.js';
 import { fitted, type Orbit, type Size } from '../views/orbit.js';
 import { type Mat3, transformed, type Vec3 } from '../views/vectors.js';
@@ -25,12 +25,9 @@ export const NO_SURVEY: Survey = {
   straight: 0,
 };
 
-/** Number of points from which the extent and the levelling of a map are determined. */
-const NUM_SAMPLES = 1500;
 /** Factor by which fewer points are used while the map grows, since it is surveyed repeatedly. */
 const ROUGHNESS = 5;
 
-/** The heights alone are measured on more points: a floor that is hardly seen counts there. */
 export function leveled(
   before: Survey,
   points: MapPoints,
@@ -40,9 +37,7 @@ export function leveled(
   // Without points the picture stays as it lies.
   if (points.positions.length === 0) return { ...before, sampled: [], heights: NO_SURVEY.heights };
   const count = isRough ? NUM_SAMPLES / ROUGHNESS : NUM_SAMPLES;
-  const R_view_map = leveling(points, hasCamera, 3 * count);
-  const cameras = positions(poses, R_view_map);
-  const heights = heightsOf(sample(points, R_view_map, 4 * count), cameras);
+  const { R_view_map, heights } = layOf(points, poses.map(positionOf), hasCamera, count);
   return { R_view_map, sampled: sample(points, R_view_map, count), heights, straight: before.straight };
 }
 

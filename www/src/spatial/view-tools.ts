@@ -4,6 +4,7 @@ import { slider } from '../components/fields.js';
 import { list } from '../components/list-field.js';
 import { formatFixed } from '../views/format.js';
 import type { Orbit } from '../views/orbit.js';
+import { Flattening } from './flattening.js';
 import type { MapTool, ToolHost } from './map-tool.js';
 import { Measuring } from './measuring.js';
 import { Riding } from './riding.js';
@@ -16,6 +17,7 @@ const TOOLS = {
   walk: { label: 'Walk', make: (host: ToolHost) => new Walking(host) },
   path: { label: 'Camera’s path', make: (host: ToolHost) => new Riding(host) },
   measure: { label: 'Measure', make: (host: ToolHost) => new Measuring(host) },
+  grid: { label: 'Floor grid', make: (host: ToolHost) => new Flattening(host) },
 } as const;
 type ToolName = keyof typeof TOOLS;
 
@@ -43,7 +45,12 @@ export class ViewTools {
   }
 
   get plane(): Plane | null {
-    return planeOf(this.cut, this.#host.survey)?.plane ?? null;
+    return this.#tool?.plane ?? planeOf(this.cut, this.#host.survey)?.plane ?? null;
+  }
+
+  /** Null: the one that is chosen. */
+  get section(): number | null {
+    return this.#tool?.section ?? null;
   }
 
   get isInside(): boolean {
@@ -119,7 +126,7 @@ export class ViewTools {
             >`,
         )}
       </fieldset>
-      ${this.#tool?.renderBar() ?? nothing} ${this.#renderCut()}
+      ${this.#tool?.renderBar() ?? nothing} ${this.#tool?.plane ? nothing : this.#renderCut()}
       ${this.#tool ? html`<span class="muted keys">${this.#tool.help}</span>` : nothing}
     </div>`;
   }

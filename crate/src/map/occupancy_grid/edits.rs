@@ -4,10 +4,10 @@
 
 use std::f64::consts::SQRT_2;
 
-use nalgebra::{UnitComplex, Vector2};
+use nalgebra::Vector2;
 
 use super::{Cell, MAX_LOG_ODDS, OccupancyGrid};
-use crate::geometry::RigidMotion;
+use crate::geometry::{Pose2, RigidMotion};
 
 /// What is painted or kept, in the world (m).
 #[derive(Debug, Clone, PartialEq)]
@@ -30,10 +30,10 @@ impl Shape {
         Self::Polygon(vec![a, Vector2::new(b.x, a.y), b, Vector2::new(a.x, b.y)])
     }
 
-    /// The shape turned about the world's origin.
+    /// The shape moved.
     #[must_use]
-    pub fn turned(&self, rotation: &UnitComplex<f64>) -> Self {
-        self.with_points(|point| rotation * point)
+    pub fn moved(&self, motion: &Pose2) -> Self {
+        self.with_points(|point| motion.act(point))
     }
 
     fn with_points(&self, moved: impl Fn(&Vector2<f64>) -> Vector2<f64>) -> Self {
@@ -130,6 +130,8 @@ impl OccupancyGrid {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::UnitComplex;
+
     use super::*;
 
     /// 40 by 30 unknown cells of 0.1 m from (-1, -1).
@@ -223,7 +225,7 @@ mod tests {
         let mut grid = blank(0.0);
         grid.paint(&Shape::rectangle([Vector2::repeat(-2.0), Vector2::repeat(5.0)]), Cell::Free);
         let square = Shape::rectangle([Vector2::repeat(-0.5), Vector2::repeat(0.5)]);
-        assert!(grid.crop(&square.turned(&UnitComplex::new(std::f64::consts::FRAC_PI_4))));
+        assert!(grid.crop(&square.moved(&Pose2::rotation(std::f64::consts::FRAC_PI_4))));
         assert_eq!(grid.cell(0, 0), Cell::Unknown);
         assert!((85..=115).contains(&count(&grid, Cell::Free)), "{}", count(&grid, Cell::Free));
         assert!((13..=15).contains(&grid.width), "{}", grid.width);

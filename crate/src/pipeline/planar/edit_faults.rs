@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 
+use super::anchor::{self, ACCURACY};
 use super::edits::Edit;
 use super::run::Run;
 use crate::error::{Error, Result};
@@ -63,6 +64,11 @@ fn fault(edit: &Edit) -> Option<Fault> {
             not_finite("corners", corners.iter().flatten().copied()).or_else(|| polygon_fault(corners))
         }
         Edit::Rotate { angle } => not_finite("angle", *angle),
+        Edit::Anchor { pairs, accuracy } => {
+            let numbers = pairs.iter().flat_map(|pair| pair.map.into_iter().chain(pair.world));
+            let numbers = not_finite("pairs", numbers).or_else(|| not_finite("accuracy", *accuracy));
+            numbers.or_else(|| anchor::fault(pairs, accuracy.unwrap_or(ACCURACY)))
+        }
         Edit::LeaveOut { first, last } => (first > last).then(|| {
             (format!("the first scan, {first}, comes after the last, {last}"), "Give the smaller number first")
         }),

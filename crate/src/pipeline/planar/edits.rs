@@ -2,14 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::anchor::KnownPlace;
 use crate::graph::loops::planar::GraphState;
 use crate::map::occupancy_grid::Cell;
 use crate::pipeline::report::PlanarPose;
 
 /// A step of mending. Scans are counted from 0; points are x and y (m) in the map as the steps before it have turned it.
 ///
-/// Loops are taken out and put in first, whatever comes between. What follows changes no pose but by [`Rotate`](Self::Rotate): the
-/// painted and cropped grid is that of the main piece.
+/// Loops are taken out and put in first, whatever comes between. What follows changes no pose but by [`Rotate`](Self::Rotate) and
+/// [`Anchor`](Self::Anchor): the painted and cropped grid is that of the main piece.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "action", rename_all = "snake_case", deny_unknown_fields)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -66,6 +67,15 @@ pub enum Edit {
         /// Counter-clockwise (rad); by default as little as it takes to lay most walls along the axes.
         #[serde(default)]
         angle: Option<f64>,
+    },
+    /// Moves the map onto places with known coordinates, with all poses: the rigid motion that fits best in the sense of least squares.
+    Anchor {
+        /// Two at least.
+        pairs: Vec<KnownPlace>,
+        /// Standard deviation of a coordinate of these places, of the map's and the world's together (m); by default a cell of the
+        /// grid, 0.05. Pairs that fit worse are an error.
+        #[serde(default)]
+        accuracy: Option<f64>,
     },
     /// Leaves scans out of the map and its grid. Their poses stay.
     LeaveOut {

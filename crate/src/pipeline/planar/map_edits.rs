@@ -1,12 +1,13 @@
-//! The map of a run as steps lay it out: turned, painted, cropped, without some of its scans.
+//! The map of a run as steps lay it out: turned, anchored, painted, cropped, without some of its scans.
 //!
-//! The run's own poses stay. A turn is applied wherever poses and points leave it, and the grid is traced anew in the turned frame: no
-//! cell is ever resampled. Shapes that were painted before a turn are turned with the map.
+//! The run's own poses stay. The motion is applied wherever poses and points leave it, and the grid is traced anew in the frame of the map:
+//! no cell is ever resampled. Shapes that were painted before are moved with the map.
 
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{UnitComplex, Vector2};
 
+use super::anchor::Anchor;
 use super::edits::{Edit, RefusedEdit};
 use crate::evaluation::trajectory_error::PlanarPoint;
 use crate::geometry::Pose2;
@@ -19,10 +20,29 @@ pub struct MapEdits {
     steps: Vec<Edit>,
     /// The direction of most walls before any turn (rad), where a step asked for it and there are walls.
     walls: Option<f64>,
-    /// By what the map is turned about its origin (rad).
-    turn: f64,
-    /// In the turned map.
+    /// From the run to the map.
+    motion: Motion,
+    /// In the map as it is laid.
     shapes: Vec<PlacedShape>,
+}
+
+/// A turn about the origin, more than once round where steps say so, and a shift after it.
+#[derive(Default, Clone, Copy, PartialEq)]
+struct Motion {
+    /// rad.
+    turn: f64,
+    /// m.
+    shift: Vector2<f64>,
+}
+
+impl Motion {
+    fn then(self, turn: f64, shift: Vector2<f64>) -> Self {
+        Self { turn: self.turn + turn, shift: UnitComplex::new(turn) * self.shift + shift }
+    }
+
+    fn pose(self) -> Pose2 {
+        Pose2::new(self.shift, self.turn)
+    }
 }
 
 /// A shape that a step paints or crops to.
@@ -71,19 +91,28 @@ impl MapEdits {
 
     /// A pose of the run, in the map.
     pub fn in_map(&self, pose: Pose2) -> Pose2 {
-        // What is not turned stays as it is to the bit.
-        if self.turn == 0.0 { pose } else { self.T_map_run() * pose }
+        // What is not moved stays as it is to the bit.
+        if self.is_moved() { self.T_map_run() * pose } else { pose }
     }
 
-    /// The turn of the map.
+    fn is_moved(&self) -> bool {
+        self.motion != Motion::default()
+    }
+
+    /// The motion of the map.
     pub fn T_map_run(&self) -> Pose2 {
-        Pose2::new(Vector2::zeros(), self.turn)
+        self.motion.pose()
+    }
+
+    /// Its turn alone.
+    pub fn R_map_run(&self) -> Pose2 {
+        Pose2::rotation(self.motion.turn)
     }
 
     /// A place of the run, in the map.
     pub fn point_in_map(&self, point: &PlanarPoint) -> PlanarPoint {
         let T = self.in_map(Pose2::new(Vector2::new(point.x, point.y), point.heading.unwrap_or(0.0)));
-        let heading = point.heading.map(|heading| if self.turn == 0.0 { heading } else { T.rotation.angle() });
+        let heading = point.heading.map(|heading| if self.is_moved() { T.rotation.angle() } else { heading });
         PlanarPoint { x: T.translation.x, y: T.translation.y, heading }
     }
 
@@ -96,20 +125,24 @@ impl MapEdits {
 
     /// Lays the map out. `walls`: the direction of most walls before any turn (rad), where there are walls and it is needed.
     pub fn lay(&mut self, walls: Option<f64>) {
-        (self.walls, self.turn) = (walls, 0.0);
-        let mut shapes = Vec::new();
+        self.walls = walls;
+        let (mut motion, mut shapes) = (Motion::default(), Vec::new());
         for (index, edit) in self.steps.iter().enumerate() {
             if let Edit::Rotate { angle } = edit {
-                self.turn += angle.unwrap_or_else(|| walls.map_or(0.0, |walls| -off_axis(walls + self.turn)));
+                let to_walls = || walls.map_or(0.0, |walls| -off_axis(walls + motion.turn));
+                motion = motion.then(angle.unwrap_or_else(to_walls), Vector2::zeros());
+            } else if let Some(Anchor { T_world_map: T, .. }) = anchor_of(edit) {
+                motion = motion.then(T.rotation.angle(), T.translation.vector);
             } else if let Some((shape, cells)) = shape_of(edit) {
-                shapes.push((self.turn, PlacedShape { index, shape, cells }));
+                shapes.push((motion, PlacedShape { index, shape, cells }));
             }
         }
-        let turned = |(before, placed): (f64, PlacedShape)| {
-            let rest = UnitComplex::new(self.turn - before);
-            PlacedShape { shape: if self.turn == before { placed.shape } else { placed.shape.turned(&rest) }, ..placed }
+        let moved = |(before, placed): (Motion, PlacedShape)| {
+            let rest = motion.pose() * before.pose().inverse();
+            PlacedShape { shape: if motion == before { placed.shape } else { placed.shape.moved(&rest) }, ..placed }
         };
-        self.shapes = shapes.into_iter().map(turned).collect();
+        self.shapes = shapes.into_iter().map(moved).collect();
+        self.motion = motion;
     }
 
     /// Edits the grid; the steps that find no cell in it, with the reason.
@@ -143,10 +176,16 @@ impl MapEdits {
         let num_crops = self.shapes.iter().filter(|placed| placed.cells.is_none()).count();
         let num_painted = self.shapes.len() - num_crops;
         let num_left_out = (0..num_scans).filter(|&frame| self.leaves_out(frame)).count();
+        let anchored = |anchor: Anchor| {
+            let places =
+                anchor.residuals.iter().map(|residual| format!("{residual:.3}")).collect::<Vec<_>>().join(", ");
+            format!("anchored to known places, off by {places} m ({:.3} m rms)", anchor.rms())
+        };
         let parts = [
             (num_painted > 0).then(|| format!("shapes painted {num_painted}")),
             (num_crops > 0).then(|| format!("grid cropped {num_crops}")),
-            (self.turn != 0.0).then(|| format!("turned by {:.2}°", self.turn.to_degrees())),
+            (self.motion.turn != 0.0).then(|| format!("turned by {:.2}°", self.motion.turn.to_degrees())),
+            self.steps.iter().rev().find_map(anchor_of).map(anchored),
             (num_left_out > 0).then(|| format!("scans left out {num_left_out}")),
         ];
         parts.into_iter().flatten()
@@ -156,6 +195,10 @@ impl MapEdits {
 /// The angle from the nearest axis (rad).
 fn off_axis(angle: f64) -> f64 {
     angle - (angle / FRAC_PI_2).round() * FRAC_PI_2
+}
+
+fn anchor_of(edit: &Edit) -> Option<Anchor> {
+    if let Edit::Anchor { pairs, .. } = edit { Anchor::fit(pairs) } else { None }
 }
 
 /// The shape of a step, and what it paints.

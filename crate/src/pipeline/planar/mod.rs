@@ -1,5 +1,6 @@
 //! The whole run: scans in, trajectory and map out, one bounded piece of work after the other.
 
+mod anchor;
 mod changes;
 mod chosen_odometry;
 mod counterparts;
@@ -19,6 +20,7 @@ mod particles;
 mod run;
 mod scan_to_map;
 mod scan_unit;
+mod scans_at;
 
 use nalgebra::Vector2;
 
@@ -39,6 +41,7 @@ use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, Recon
 use crate::pipeline::settings::{LaserDirection, Settings};
 use crate::preprocess::clean::{CleaningReport, clean};
 use crate::registration::icp::IterationRecord;
+pub use anchor::KnownPlace;
 pub use changes::RecordingChanges;
 use chosen_odometry::{ChooseOdometry, ChosenOdometry};
 pub use edits::{Consequence, Edit, GraphLoop, GraphLoops, RefusedEdit};
@@ -49,6 +52,7 @@ pub use particles::ParticleRun;
 use run::{LaterRecording, Run};
 pub use scan_to_map::ScanToMap;
 use scan_unit::ScanUnit;
+pub use scans_at::ScanAt;
 
 /// A reconstruction of planar scans.
 ///

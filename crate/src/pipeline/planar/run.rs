@@ -348,8 +348,8 @@ impl Run {
         labels.zip(&self.cleaning).zip(&self.estimates).skip(first).map(|((label, cleaning), estimate)| {
             let pose = self.pose_of_robot(label.index);
             let piece = self.pieces[label.index];
-            let T_map_run = self.map_edits.T_map_run();
-            FrameResult { piece, ..FrameResult::of_scan(label, *cleaning, estimate, pose, &T_map_run) }
+            let R_map_run = self.map_edits.R_map_run();
+            FrameResult { piece, ..FrameResult::of_scan(label, *cleaning, estimate, pose, &R_map_run) }
         })
     }
 

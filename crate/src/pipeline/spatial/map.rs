@@ -1,5 +1,7 @@
 //! The map of a run: stitched while frames come, at the poses that are known then.
 
+use std::borrow::Cow;
+
 use super::SpatialReconstruction;
 use super::stitched_map::StitchedMap;
 use crate::geometry::{PointCloud, Pose3};
@@ -57,15 +59,20 @@ impl SpatialReconstruction {
         self.depth().map_or(0.0, |depth| depth.depth_step)
     }
 
-    /// What a frame gives to the map, in the sensor's frame.
-    fn with_map_cloud(&self, index: usize, work: impl FnOnce(&PointCloud)) {
-        match self.frames.get(index).map(|frame| &frame.map_points) {
-            Some(MapPoints::Image(image, prepared_as)) => {
-                work(&image.cloud(self.map_quantisation().shift_from(*prepared_as, self.depth_step())));
-            }
-            Some(MapPoints::Cloud(cloud)) => work(cloud),
-            None => {}
-        }
+    /// What the frames whose pose is good give to the map, in the sensor's frame, with their poses.
+    pub(super) fn placed_clouds(&self) -> impl Iterator<Item = (Cow<'_, PointCloud>, Pose3)> + Clone {
+        let poses = self.poses_up_to(Status::Good);
+        let (quantisation, depth_step) = (self.map_quantisation(), self.depth_step());
+        (0..poses.len()).filter_map(move |index| {
+            let pose = poses[index]?;
+            let cloud = match &self.frames.get(index)?.map_points {
+                MapPoints::Image(image, prepared_as) => {
+                    Cow::Owned(image.cloud(quantisation.shift_from(*prepared_as, depth_step)))
+                }
+                MapPoints::Cloud(cloud) => Cow::Borrowed(cloud),
+            };
+            Some((cloud, pose))
+        })
     }
 
     /// What is kept of a frame for the map, by its number in the recording, for a surface ([`SurfaceReconstruction::read_kept`]);
@@ -88,14 +95,11 @@ impl SpatialReconstruction {
 
     /// What the map would take in voxels of other sizes (m, positive).
     pub fn map_sizes(&self, voxel_sizes: &[f64]) -> Vec<MapSize> {
-        let poses = self.poses_up_to(Status::Good);
         let finest = voxel_sizes.iter().copied().fold(f64::INFINITY, f64::min);
         let count = |voxel_size| {
             let mut count = VoxelCount::new(voxel_size);
-            for (index, pose) in poses.iter().enumerate() {
-                if let Some(pose) = pose {
-                    self.with_map_cloud(index, |cloud| count.insert(cloud, pose, self.settings.max_height));
-                }
+            for (cloud, pose) in self.placed_clouds() {
+                count.insert(&cloud, &pose, self.settings.max_height);
             }
             count
         };

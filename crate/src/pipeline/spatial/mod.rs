@@ -2,6 +2,7 @@
 
 mod azimuth_times;
 mod continuity;
+mod flattened;
 mod focal_length;
 mod hypotheses;
 mod map;
@@ -16,6 +17,7 @@ use std::collections::VecDeque;
 
 use glam::DVec3;
 
+pub use self::flattened::Floor;
 use self::hypotheses::{Hypotheses, QuantisationHypothesis};
 use self::moved::Moved;
 use self::pose_history::PoseHistory;
