@@ -34,7 +34,7 @@ pub struct Change {
 }
 
 /// Two grids of one map are off from each other by up to this many cells, a wall's thickness in cells included.
-const SLACK: usize = 3;
+const SLACK: isize = 3;
 /// A wall counts where the returns outweigh the beams through it by this many: one person who passes leaves fewer in most cells.
 const MIN_HITS: f32 = 3.0;
 /// Fewer neighbouring cells are no object: they are what noise leaves.
@@ -73,13 +73,13 @@ impl OccupancyGrid {
 
     /// The cells that are clearly occupied here, free in another grid, and there not near anything occupied or unknown.
     fn cells_not_in(&self, other: &Self) -> Vec<(usize, usize)> {
-        let offset = ((self.origin - other.origin) / self.resolution).map(|value| value.round() as i64);
+        let offset = ((self.origin - other.origin) / self.resolution).map(|value| value.round() as isize);
         let is_free_around = |x: usize, y: usize| {
-            let reach = -(SLACK as i64)..=SLACK as i64;
-            reach.clone().flat_map(|dy| reach.clone().map(move |dx| (dx, dy))).all(|(dx, dy)| {
-                let (x, y) = (x as i64 + offset.x + dx, y as i64 + offset.y + dy);
-                let is_inside = x >= 0 && y >= 0 && x < other.width as i64 && y < other.height as i64;
-                is_inside && other.cell(x as usize, y as usize) == Cell::Free
+            let mut around = (-SLACK..=SLACK).flat_map(|dy| (-SLACK..=SLACK).map(move |dx| (dx, dy)));
+            around.all(|(dx, dy)| {
+                let x = x.checked_add_signed(offset.x + dx).filter(|&x| x < other.width);
+                let y = y.checked_add_signed(offset.y + dy).filter(|&y| y < other.height);
+                x.zip(y).is_some_and(|(x, y)| other.cell(x, y) == Cell::Free)
             })
         };
         let is_clear = |&(x, y): &(usize, usize)| {

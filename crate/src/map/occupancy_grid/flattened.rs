@@ -74,7 +74,7 @@ struct Columns {
     /// The cubes with points, by their numbers.
     cubes: FxHashMap<usize, Cube>,
     frame: u32,
-    of_columns: Marks,
+    marks: Marks,
 }
 
 /// A cube that a frame has a point in.
@@ -99,7 +99,7 @@ impl Columns {
             has_point: vec![0; (num_columns * num_layers).div_ceil(64)],
             cubes: FxHashMap::default(),
             frame: 0,
-            of_columns: Marks { of_scan: vec![0; num_columns], scan: 0 },
+            marks: Marks { of_scan: vec![0; num_columns], scan: 0 },
         }
     }
 
@@ -117,7 +117,7 @@ impl Columns {
     /// Of a frame, one ray to each cube is followed: those of its other points pass by the same cubes.
     fn add(&mut self, cloud: &PointCloud, T_floor_sensor: &Pose3) {
         self.frame += 1;
-        self.of_columns.scan = self.frame;
+        self.marks.scan = self.frame;
         let mut seen = FxHashSet::default();
         let mut rays: Vec<_> = ends(cloud, T_floor_sensor).collect();
         rays.retain(|(end, _)| seen.insert(self.in_cubes(end).map(|along| along.floor() as i32)));
@@ -141,7 +141,7 @@ impl Columns {
         let Some([start, end]) = self.within_band(from, to) else { return };
         let mut index = self.index(&start);
         let [start, end] = [start, end].map(|place| self.in_layers(&place));
-        let strides = [self.num_layers as isize, (self.grid.width * self.num_layers).cast_signed(), 1];
+        let strides = [self.num_layers.cast_signed(), (self.grid.width * self.num_layers).cast_signed(), 1];
         cubes_between(&start, &end, |axis, is_up| {
             if self.has_point[index / 64] >> (index % 64) & 1 == 1 {
                 self.tell(index, LOG_ODDS_MISS);
@@ -162,7 +162,7 @@ impl Columns {
     }
 
     fn pass_column(&mut self, column: usize) {
-        if self.of_columns.first(column) {
+        if self.marks.first(column) {
             let log_odds = &mut self.grid.log_odds[column];
             *log_odds = (*log_odds + LOG_ODDS_MISS).max(-MAX_LOG_ODDS);
         }

@@ -91,13 +91,13 @@ impl ParticleRun {
 
     /// Keeps the filter after a scan; where it becomes too much, half of the scans at twice the interval.
     fn keep(&mut self, scan: usize) {
-        if scan % self.interval != 0 {
+        if !scan.is_multiple_of(self.interval) {
             return;
         }
         self.kept.insert(scan, self.filter.clone());
         while self.kept.len() > 1 && self.kept.len() * self.filter.particles().len() > MAX_KEPT {
             self.interval *= 2;
-            self.kept.retain(|kept, _| kept % self.interval == 0);
+            self.kept.retain(|kept, _| kept.is_multiple_of(self.interval));
         }
     }
 }
