@@ -5,7 +5,7 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::blocks::{Block, BlockColors, BlockState, Blocks, SIDE, STEPS, index, part_index};
+use super::blocks::{Block, BlockColors, BlockState, Blocks, PART_VOXELS, SIDE, STEPS, index};
 use super::extraction::extract;
 use super::holes::fill_holes;
 use super::pixels::{Optics, WEIGHT_INFORMATION};
@@ -272,9 +272,9 @@ impl SurfaceFusion {
             return self.optics.as_ref().is_some_and(|optics| self.images.iter().any(|added| is_free(added, optics)));
         };
         let [x, y, z] = [x, y, z].map(|at| at.rem_euclid(SIDE as i32) as usize);
-        let least = block.least_weights()[part_index(x, y, z)];
         let (_, weights) = block.sums();
         let at = index(x, y, z);
+        let least = block.least_weights()[at / PART_VOXELS];
         // More than a voxel before the surface, where there is one.
         if weights[at] > least { block.voxel(at).distance > 1.0 } else { least > 0 }
     }
