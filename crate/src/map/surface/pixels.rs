@@ -107,7 +107,7 @@ pub(super) struct Pixel {
     /// The tangent plane of its surface: of a point with the depth z at the pixel (u, v) (a, b, c, d) . (u z, v z, z, 1) is its distance
     /// from the surface (steps), positive in front.
     pub plane: Vec4,
-    /// Truncation (steps) and weight, both whole numbers, and twice nothing; 0 where there is no surface.
+    /// Truncation (steps) and weight, both whole numbers, 0 where there is no surface; the other two are not used.
     pub limits: Vec4,
 }
 
