@@ -18,6 +18,9 @@ const MAX_PENDING_MOTION: f64 = 0.5;
 /// twentieth of a Kinect's field of view (58 degrees). Of 150 frames of a Kinect in the hand it leaves 25, which have 93 % of the triangles.
 const MIN_VIEW_CHANGE: f64 = 0.05;
 
+/// Larger images are thinned: the field counts pixels in single precision, whose whole numbers end at twice this.
+const MAX_PIXELS: usize = 1 << 22;
+
 /// A depth image as the surface takes it.
 #[derive(Debug, Clone)]
 pub struct SurfaceImage {
@@ -86,7 +89,7 @@ impl SurfaceReconstruction {
     /// When the depth image is broken or of another size than the first of the run; the error names it.
     pub fn read(&self, name: &str, depth: &[u8], color: Option<ColorFile<'_>>) -> Result<SurfaceImage> {
         let (image, model) = map_image(&self.decode_config, name, depth, color)?;
-        Ok(SurfaceImage { image, model })
+        Ok(SurfaceImage::new(image, model))
     }
 
     /// What a run has kept of a frame ([`SpatialReconstruction::kept_points`]).
@@ -99,7 +102,7 @@ impl SurfaceReconstruction {
         match (PreparedFrame::from_bytes(bytes)?.map_points, &self.decode_config.depth) {
             (MapPoints::Image(image, quantisation), Some(depth)) => {
                 let model = self.decode_config.depth_model(depth, quantisation);
-                Ok(SurfaceFrame::Image(SurfaceImage { image, model }))
+                Ok(SurfaceFrame::Image(SurfaceImage::new(image, model)))
             }
             (MapPoints::Cloud(cloud), None) => Ok(SurfaceFrame::Cloud(cloud)),
             _ => Err(Error::whole("This frame is of another recording", "Give frames of the run")),
@@ -249,6 +252,15 @@ impl SurfaceReconstruction {
 fn view_change(T_world_a: &Pose3, T_world_b: &Pose3, depth: f64) -> f64 {
     let change = T_world_a.inverse() * T_world_b;
     change.translation.vector.norm() / depth + change.rotation.angle()
+}
+
+impl SurfaceImage {
+    fn new(mut image: MapImage, model: DepthModel) -> Self {
+        while image.depths.len() > MAX_PIXELS {
+            image = image.thinned(0, 0);
+        }
+        Self { image, model }
+    }
 }
 
 impl SurfaceFrame {

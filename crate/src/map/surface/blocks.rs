@@ -12,6 +12,8 @@ pub(super) const SIDE: usize = 8;
 pub(super) const VOXELS: usize = SIDE * SIDE * SIDE;
 /// Voxels along a side of a part of a block: each part is skipped or measured as a whole.
 pub(super) const PART_SIDE: usize = 4;
+/// Voxels of a part.
+pub(super) const PART_VOXELS: usize = PART_SIDE * PART_SIDE * PART_SIDE;
 /// Parts of a block.
 pub(super) const PARTS: usize = 8;
 
@@ -198,8 +200,7 @@ impl KnownBlock<'_> {
     pub(super) fn voxel(&self, index: usize) -> Voxel {
         let weight = self.block.weights[index] as f32;
         let distance = self.block.distances[index] as f32 / (weight * STEPS);
-        let part = part_index(index % SIDE, index / SIDE % SIDE, index / (SIDE * SIDE));
-        let noisy_views = self.block.noise_shares[part] as f32 / WHOLE_SHARE;
+        let noisy_views = self.block.noise_shares[index / PART_VOXELS] as f32 / WHOLE_SHARE;
         let color = self.colors.and_then(|colors| colors[index].mean());
         Voxel { distance, weight, noisy_views, color }
     }
@@ -262,10 +263,11 @@ impl Blocks {
     }
 }
 
-/// Index of a voxel in its block.
+/// Index of a voxel in its block: part by part, so that a part which is skipped is not read from memory.
 #[inline]
 pub(super) const fn index(x: usize, y: usize, z: usize) -> usize {
-    (z * SIDE + y) * SIDE + x
+    let [within_x, within_y, within_z] = [x % PART_SIDE, y % PART_SIDE, z % PART_SIDE];
+    part_index(x, y, z) * PART_VOXELS + (within_z * PART_SIDE + within_y) * PART_SIDE + within_x
 }
 
 /// Index of the part of a block that a voxel is in.

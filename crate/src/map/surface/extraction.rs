@@ -5,7 +5,7 @@
 
 use glam::Vec3;
 
-use super::blocks::{Blocks, KnownBlock, SIDE, VOXELS, Voxel, index, part_index, positions};
+use super::blocks::{Blocks, KnownBlock, PART_VOXELS, SIDE, VOXELS, Voxel, index, positions};
 use crate::geometry::TriangleMesh;
 use crate::preprocess::depth_surfels::SHARED_ERROR;
 
@@ -95,7 +95,7 @@ impl<'a> Corners<'a> {
                     for x in range(dx) {
                         let at = index(x, y, z);
                         let kind = if distances[at] < 0 { BEHIND } else { IN_FRONT };
-                        let is_there = weights[at] > least[part_index(x, y, z)];
+                        let is_there = weights[at] > least[at / PART_VOXELS];
                         all.kinds[to + x] = if is_there { kind } else { UNKNOWN };
                     }
                 }

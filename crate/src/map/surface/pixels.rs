@@ -1,7 +1,6 @@
 //! What the pixels of a depth image say of the points along their rays.
 
 use glam::{Vec3A, Vec4};
-use wide::f32x4;
 
 use super::blocks::{MAX_WEIGHT, STEPS, WHOLE_SHARE};
 use crate::camera::Pinhole;
@@ -102,30 +101,32 @@ pub(super) struct Seen {
     weight: f32,
 }
 
+/// What a pixel says of the space along its ray: 32 bytes, so that it is one read of memory.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pixel {
+    /// The tangent plane of its surface: of a point with the depth z at the pixel (u, v) (a, b, c, d) . (u z, v z, z, 1) is its distance
+    /// from the surface (steps), positive in front.
+    pub plane: Vec4,
+    /// Truncation (steps) and weight, both whole numbers, 0 where there is no surface; the other two are not used.
+    pub limits: Vec4,
+}
+
 /// The pixels of an image, with a border of one pixel without surface.
 pub(super) struct Pixels<'a> {
     image: &'a MapImage,
     optics: &'a Optics,
     /// The last normal of a cell: neighbouring pixels are mostly of the same.
     last: ([i8; 3], Vec3A),
-    /// Where a pixel sees a surface, its tangent plane: of a point with the depth z at the pixel (u, v) (a, b, c, d) . (u z, v z, z, 1) is
-    /// its distance from the surface (steps), positive in front.
-    pub planes: Vec<Vec4>,
-    /// Truncation (steps) and weight, both whole numbers; 0 where there is no surface.
-    pub limits: Vec<[f32; 2]>,
+    /// Row by row, with the border.
+    pub all: Vec<Pixel>,
 }
 
 impl<'a> Pixels<'a> {
     /// Without any.
     pub(super) fn new(image: &'a MapImage, optics: &'a Optics) -> Self {
         let count = (image.camera.width + 2) * (image.camera.height + 2);
-        Self {
-            image,
-            optics,
-            last: ([0; 3], Vec3A::ZERO),
-            planes: vec![Vec4::ZERO; count],
-            limits: vec![[0.0; 2]; count],
-        }
+        let none = Pixel { plane: Vec4::ZERO, limits: Vec4::ZERO };
+        Self { image, optics, last: ([0; 3], Vec3A::ZERO), all: vec![none; count] }
     }
 
     /// Pixels in a row, with the border.
@@ -139,11 +140,10 @@ impl<'a> Pixels<'a> {
         [fx as f32, fy as f32, cx as f32 + 1.5, cy as f32 + 1.5]
     }
 
-    /// The last column and row, with the border.
-    #[inline]
-    pub(super) fn last(&self) -> [f32x4; 2] {
+    /// The middles of the last column and row, with the border.
+    pub(super) fn last(&self) -> [f32; 2] {
         let Pinhole { width, height, .. } = self.image.camera;
-        [width, height].map(|size| f32x4::splat((size + 1) as f32))
+        [width, height].map(|size| size as f32 + 1.5)
     }
 
     /// The number of a pixel in the image, from that with the border.
@@ -187,8 +187,10 @@ impl<'a> Pixels<'a> {
         let (a, b) = (seen.normal.x * step_x, seen.normal.y * step_y);
         let c = seen.normal.z - a * cx - b * cy;
         let at = (row + 1) * self.stride() + column + 1;
-        self.planes[at] = Vec4::new(a, b, c, seen.along * seen.depth) * steps;
-        self.limits[at] = [(seen.truncation * steps) as i32 as f32, seen.weight];
+        self.all[at] = Pixel {
+            plane: Vec4::new(a, b, c, seen.along * seen.depth) * steps,
+            limits: Vec4::new((seen.truncation * steps) as i32 as f32, seen.weight, 0.0, 0.0),
+        };
         // Within the pixel the plane comes nearer and goes farther.
         let reach = seen.reach + 0.5 * seen.depth * (a.abs() + b.abs()) * seen.reach / seen.truncation;
         [seen.depth - reach, seen.depth + reach]

@@ -9,9 +9,9 @@
 use glam::{Mat3A, Mat4, Vec3A, Vec4};
 use wide::{f32x4, i32x4};
 
-use super::blocks::{Block, BlockColors, PART_SIDE, SIDE, STEPS, VOXELS, index, positions};
+use super::blocks::{Block, BlockColors, PART_SIDE, PART_VOXELS, SIDE, STEPS, VOXELS, positions};
 use super::depth_tiles::{DepthTiles, Rectangle};
-use super::pixels::{Optics, Pixels, Seen};
+use super::pixels::{Optics, Pixel, Pixels, Seen};
 use crate::geometry::Pose3;
 use crate::preprocess::map_image::MapImage;
 
@@ -159,14 +159,13 @@ impl<'a> View<'a> {
     ) {
         let corner = first_voxel(corner);
         for (part, (z, y, x)) in positions(SIDE / PART_SIDE).enumerate() {
-            let voxel = [x * PART_SIDE, y * PART_SIDE, z * PART_SIDE];
             let first = corner + Vec3A::new(x as f32, y as f32, z as f32) * PART_SIDE as f32;
             let Some(bounds) = self.camera.bounds(first, PART_SIDE) else { continue };
             let (through, [_, farthest]) = weight_through(&bounds, &self.tiles, self.optics);
             if through > 0 {
                 block.seen_through[part] += if IS_TAKEN_OUT { -through } else { through };
             } else if bounds.depths[0] < farthest
-                && self.change_part::<IS_TAKEN_OUT>(first, voxel, block, colors.as_deref_mut(), squares)
+                && self.change_part::<IS_TAKEN_OUT>(first, part, block, colors.as_deref_mut(), squares)
             {
                 let share = self.optics.noise_share(0.5 * (bounds.depths[0] + bounds.depths[1]));
                 block.noise_shares[part] += if IS_TAKEN_OUT { -share } else { share };
@@ -174,11 +173,11 @@ impl<'a> View<'a> {
         }
     }
 
-    /// The same for the part of it that begins with this voxel, `first` in the world. Returns whether it measured anything there.
+    /// The same for a part of it, whose first voxel is `first` in the world. Returns whether it measured anything there.
     fn change_part<const IS_TAKEN_OUT: bool>(
         &self,
         first: Vec3A,
-        [x, y, z]: [usize; 3],
+        part: usize,
         block: &mut Block,
         mut colors: Option<&mut BlockColors>,
         squares: &mut Squares,
@@ -187,7 +186,7 @@ impl<'a> View<'a> {
         let (mut sum, mut count) = (f32x4::ZERO, i32x4::ZERO);
         for row in 0..PART_SIDE * PART_SIDE {
             let (along_y, along_z) = (row % PART_SIDE, row / PART_SIDE);
-            let measured = rows.measure(&self.pixels, along_y as f32, along_z as f32);
+            let measured = rows.measure(along_y as f32, along_z as f32);
             let is_measured = measured.weights.simd_gt(f32x4::ZERO);
             if !is_measured.any() {
                 continue;
@@ -195,7 +194,7 @@ impl<'a> View<'a> {
             let products = measured.weights * measured.distances;
             sum += products * measured.distances;
             count -= bytemuck::cast::<f32x4, i32x4>(is_measured);
-            let from = index(x, y + along_y, z + along_z);
+            let from = part * PART_VOXELS + row * PART_SIDE;
             change::<IS_TAKEN_OUT>(&mut block.distances, from, products);
             change::<IS_TAKEN_OUT>(&mut block.weights, from, measured.weights);
             if let (Some(sums), Some(colors)) = (&mut colors, &self.image.colors) {
@@ -219,14 +218,27 @@ impl<'a> View<'a> {
 #[inline(always)]
 fn change<const IS_TAKEN_OUT: bool>(sums: &mut [i32; VOXELS], from: usize, values: f32x4) {
     let sums: &mut [i32] = &mut sums[from..from + PART_SIDE];
-    let values = values.fast_round_int();
     let before = i32x4::from([sums[0], sums[1], sums[2], sums[3]]);
-    let after = if IS_TAKEN_OUT { before - values } else { before + values };
+    let after = if IS_TAKEN_OUT { before - rounded(values) } else { before + rounded(values) };
     sums.copy_from_slice(&after.to_array());
 }
 
+/// Single precision has whole numbers alone from here on, up to twice this.
+const WHOLE: f32 = 8_388_608.0;
+
+/// The nearest whole numbers of those below 2^22: a sum and a difference, where the conversion takes ten instructions in WebAssembly.
+#[inline(always)]
+fn rounded(values: f32x4) -> i32x4 {
+    let middle = f32x4::splat(1.5 * WHOLE);
+    bytemuck::cast::<f32x4, i32x4>(values + middle) - bytemuck::cast::<f32x4, i32x4>(middle)
+}
+
 /// The rows of four voxels of a part of a block, in the camera's frame: a point is u z, v z and z of its pixel (u, v) and its depth z.
-struct Rows {
+struct Rows<'a> {
+    pixels: &'a [Pixel],
+    /// Pixels in a row, and the last column and row.
+    stride: f32x4,
+    last: [f32x4; 2],
     /// Of the four voxels of the first row.
     first: [f32x4; 3],
     /// To the next row along y and z.
@@ -243,9 +255,9 @@ struct Measured {
     weights: f32x4,
 }
 
-impl Rows {
-    #[inline]
-    fn new(camera: &PosedCamera, pixels: &Pixels, first: Vec3A) -> Self {
+impl<'a> Rows<'a> {
+    #[inline(always)]
+    fn new(camera: &PosedCamera, pixels: &'a Pixels, first: Vec3A) -> Self {
         let [fx, fy, cx, cy] = pixels.projection();
         let projected = |p: Vec3A| Vec3A::new(fx * p.x + cx * p.z, fy * p.y + cy * p.z, p.z);
         let along_x = projected(camera.to_camera.x_axis);
@@ -254,30 +266,39 @@ impl Rows {
         let lanes = f32x4::from([0.0, 1.0, 2.0, 3.0]);
         let row = |start: f32, step: f32| f32x4::splat(start) + f32x4::splat(step) * lanes;
         let first = [row(start.x, along_x.x), row(start.y, along_x.y), row(start.z, along_x.z)];
-        Self { first, along_y, along_z }
+        let [column, row] = pixels.last();
+        let (stride, last) = (f32x4::splat(pixels.stride() as f32), [f32x4::splat(column), f32x4::splat(row)]);
+        Self { pixels: &pixels.all, stride, last, first, along_y, along_z }
     }
 
     #[inline(always)]
-    fn measure(&self, pixels: &Pixels, along_y: f32, along_z: f32) -> Measured {
+    fn measure(&self, along_y: f32, along_z: f32) -> Measured {
         let step = self.along_y * along_y + self.along_z * along_z;
         let [x, y, z] = self.first;
         let (x, y, z) = (x + f32x4::splat(step.x), y + f32x4::splat(step.y), z + f32x4::splat(step.z));
-        let away = f32x4::ONE / z;
-        let [last_column, last_row] = pixels.last();
-        // Whatever is outside of the image is on its border.
-        let u = (x * away).fast_max(f32x4::ZERO).fast_min(last_column).fast_trunc_int();
-        let v = (y * away).fast_max(f32x4::ZERO).fast_min(last_row).fast_trunc_int();
-        let at = (v * i32x4::splat(pixels.stride() as i32) + u).to_array();
-        let [p, q, r, s] = [at[0] as usize, at[1] as usize, at[2] as usize, at[3] as usize];
-        let (planes, limits) = (pixels.planes.as_slice(), pixels.limits.as_slice());
-        let planes = Mat4::from_cols(planes[p], planes[q], planes[r], planes[s]).transpose();
-        let [a, b, c, d] = [planes.x_axis, planes.y_axis, planes.z_axis, planes.w_axis];
-        let (a, b, c, d) = (lanes(a), lanes(b), lanes(c), lanes(d));
-        let (p, q, r, s) = (limits[p], limits[q], limits[r], limits[s]);
-        let (truncations, weights) = (f32x4::from([p[0], q[0], r[0], s[0]]), f32x4::from([p[1], q[1], r[1], s[1]]));
+        // Rounded, the depth of a voxel just before the camera may be 0; 0 / 0 would be no pixel.
+        let away = f32x4::ONE / z.fast_max(f32x4::splat(f32::MIN_POSITIVE));
+        let at = self.pixels_at(x * away, y * away);
+        let [p, q, r, s] = at.map(|at| self.pixels[at as usize]);
+        let planes = Mat4::from_cols(p.plane, q.plane, r.plane, s.plane).transpose();
+        let limits = Mat4::from_cols(p.limits, q.limits, r.limits, s.limits).transpose();
+        let [a, b, c, d] = [planes.x_axis, planes.y_axis, planes.z_axis, planes.w_axis].map(lanes);
+        let [truncations, weights] = [limits.x_axis, limits.y_axis].map(lanes);
         let distances = a * x + b * y + c * z + d;
         let is_near = distances.simd_gt(-truncations);
         Measured { pixels: at, distances: distances.fast_min(truncations), weights: weights & is_near }
+    }
+
+    /// The pixels at these columns and rows; whatever is outside of the image is on its border. Numbers are rounded down, and
+    /// multiplied, where floats have whole numbers alone: conversions take ten instructions in WebAssembly.
+    #[inline(always)]
+    fn pixels_at(&self, columns: f32x4, rows: f32x4) -> [i32; 4] {
+        let (half, whole) = (f32x4::splat(0.5), f32x4::splat(WHOLE));
+        let floor = f32x4::splat(WHOLE - 0.5);
+        let columns = columns.fast_max(half).fast_min(self.last[0]) + floor;
+        let rows = rows.fast_max(half).fast_min(self.last[1]) + floor - whole;
+        let numbers = bytemuck::cast::<f32x4, i32x4>(rows * self.stride + columns);
+        (numbers - bytemuck::cast::<f32x4, i32x4>(whole)).to_array()
     }
 }
 
@@ -287,6 +308,9 @@ fn lanes(vector: Vec4) -> f32x4 {
     bytemuck::cast(vector)
 }
 
+/// Places of [`Touched::recent`].
+const NUM_RECENT: usize = 16 * 16 * 16;
+
 /// The blocks that surfaces touch, some more than once.
 struct Touched {
     /// PosedCamera to world, in blocks.
@@ -295,8 +319,8 @@ struct Touched {
     block_size: f32,
     /// From this depth on, pixels that are 1, 2, 4, ... apart jump over no block but at its corners: half a block (m).
     depths: [f32; 16],
-    /// Of the same step along the ray before: neighbouring rays meet the same blocks.
-    last: [[i32; 3]; 16],
+    /// By a hash, the last block that had it: neighbouring rays meet the same blocks.
+    recent: Vec<[i32; 3]>,
     blocks: Vec<[i32; 3]>,
 }
 
@@ -310,7 +334,7 @@ impl Touched {
             t: Vec3A::new(t.x, t.y, t.z) / block_size,
             block_size,
             depths: std::array::from_fn(|power| 0.5 * block_size * fx / (2 << power) as f32),
-            last: [[i32::MAX; 3]; 16],
+            recent: vec![[i32::MAX; 3]; NUM_RECENT],
             blocks: Vec::new(),
         }
     }
@@ -330,12 +354,19 @@ impl Touched {
             let along = seen.depth + seen.reach * (2.0 * step as f32 / num_steps - 1.0);
             let at = ray * along + self.t;
             let corner = [floor(at.x), floor(at.y), floor(at.z)];
-            if self.last[step % self.last.len()] != corner {
-                self.last[step % self.last.len()] = corner;
+            let recent = &mut self.recent[slot(corner)];
+            if *recent != corner {
+                *recent = corner;
                 self.blocks.push(corner);
             }
         }
     }
+}
+
+/// Where [`Touched::recent`] has a block: those of a cube of 16 blocks each have their own place.
+#[inline]
+fn slot([x, y, z]: [i32; 3]) -> usize {
+    (x & 15 | (y & 15) << 4 | (z & 15) << 8) as usize
 }
 
 /// Without an instruction of the processor for it, `f32::floor` is a call of a function.
