@@ -28,19 +28,20 @@ fn frames(apartment: &Apartment) -> Vec<(PointCloud, Pose3)> {
     walk.iter().map(|T| (cloud(T), *T)).collect()
 }
 
-fn index(grid: &OccupancyGrid, place: &Vector2<f64>) -> [i64; 2] {
+fn index(grid: &OccupancyGrid, place: &Vector2<f64>) -> [isize; 2] {
     let along = (place - grid.origin) / grid.resolution;
-    [along.x.floor() as i64, along.y.floor() as i64]
+    [along.x.floor() as isize, along.y.floor() as isize]
 }
 
-fn cell(grid: &OccupancyGrid, [x, y]: [i64; 2]) -> Cell {
-    let inside = (0..grid.width as i64).contains(&x) && (0..grid.height as i64).contains(&y);
-    if inside { grid.cell(x as usize, y as usize) } else { Cell::Unknown }
+fn cell(grid: &OccupancyGrid, [x, y]: [isize; 2]) -> Cell {
+    let at =
+        usize::try_from(x).ok().filter(|&x| x < grid.width).zip(usize::try_from(y).ok().filter(|&y| y < grid.height));
+    at.map_or(Cell::Unknown, |(x, y)| grid.cell(x, y))
 }
 
 /// A cell and those beside it.
-fn around([x, y]: [i64; 2]) -> [[i64; 2]; 9] {
-    std::array::from_fn(|i| [x + i as i64 % 3 - 1, y + i as i64 / 3 - 1])
+fn around([x, y]: [isize; 2]) -> [[isize; 2]; 9] {
+    std::array::from_fn(|i| [x + i.cast_signed() % 3 - 1, y + i.cast_signed() / 3 - 1])
 }
 
 fn center(grid: &OccupancyGrid, x: usize, y: usize) -> Vector2<f64> {
@@ -108,7 +109,7 @@ fn a_flat_is_occupied_where_it_has_walls_and_furniture_and_free_where_nothing_st
                 Cell::Free => {
                     num_free += 1;
                     num_in_walls += usize::from(is_in_wall(&apartment, &place));
-                    let cells = around([x as i64, y as i64]);
+                    let cells = around([x.cast_signed(), y.cast_signed()]);
                     let is_beside = cells.into_iter().any(|other| cell(&grid, other) == Cell::Occupied);
                     num_standing += usize::from(!is_beside && stands(&apartment, &place, half));
                 }

@@ -165,7 +165,9 @@ impl SurfaceFusion {
         self.scatter = Some(scatter);
         if first.iter().any(|placed| placed.model.square_noise < scatter) {
             *self = self.emptied();
-            first.iter().for_each(|placed| self.add(&placed.image, &placed.model, &placed.T_world_camera));
+            for PlacedImage { image, model, T_world_camera } in &first {
+                self.add(image, model, T_world_camera);
+            }
         }
     }
 

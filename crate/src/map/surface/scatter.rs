@@ -6,7 +6,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::camera::Pinhole;
-use crate::geometry::quantile::quantile;
+use crate::geometry::quantile::{MEDIAN_TO_SIGMA, quantile};
 use crate::geometry::{Pose3, RigidMotion};
 use crate::preprocess::depth_surfels::DepthModel;
 use crate::preprocess::map_image::MapImage;
@@ -17,8 +17,6 @@ const STRIDE: usize = 4;
 const MIN_COMPARED: usize = 300;
 /// Surfaces are compared where their normals differ by less than this (cosine): an edge between two planes is no noise.
 const MIN_COSINE: f64 = 0.8;
-/// Median of the absolute values of a normal distribution, in standard deviations.
-const MEDIAN_OF_NORMAL: f64 = 0.674_49;
 
 /// An image that was added.
 #[derive(Debug, Clone)]
@@ -43,7 +41,7 @@ impl PlacedImage {
         let pixels = (0..height).step_by(STRIDE).flat_map(|v| (0..width).step_by(STRIDE).map(move |u| [u, v]));
         let mut ratios: Vec<f64> = pixels.filter_map(|pixel| self.ratio(&other.place(pixel)?, &T_self_other)).collect();
         let is_enough = ratios.len() >= MIN_COMPARED;
-        quantile(&mut ratios, 0.5).filter(|_| is_enough).map(|median| median / MEDIAN_OF_NORMAL)
+        quantile(&mut ratios, 0.5).filter(|_| is_enough).map(|median| MEDIAN_TO_SIGMA * median)
     }
 
     /// Distance of another image's point from the plane seen here, over its standard deviation for a square noise of 1.
