@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use super::consistency::{Candidate, Relation, compare, consistent_set};
-use super::{Loop, LoopClosure, MAX_GRAPH_STEPS, Origin};
+use super::{Loop, LoopClosure, Origin};
 use crate::geometry::mahalanobis;
 use crate::graph::pose_graph::{BetweenFactor, optimize_poses};
 use crate::registration::correlative::SearchWindow;
@@ -28,7 +28,7 @@ impl LoopClosure {
         let support = consistent_set(&relations, num_loops);
         let (mut entered, mut rest) = (Vec::new(), Vec::new());
         for ((candidate, window), support) in std::mem::take(&mut self.pool).into_iter().zip(support) {
-            if self.without.consistent_sets || support.is_some_and(|support| support >= support_needed(window)) {
+            if support.is_some_and(|support| support >= support_needed(window)) {
                 entered.push(candidate);
             } else {
                 rest.push((candidate, window));
@@ -51,7 +51,7 @@ impl LoopClosure {
             to: self.submaps[candidate.source].anchor,
             T_from_to: candidate.found.T_target_source,
             information: candidate.found.covariance.try_inverse().unwrap_or_else(Matrix3::zeros),
-            is_switchable: !self.without.robust_kernel,
+            is_switchable: true,
         };
         self.loops.push(Loop { candidate, factor, origin: Origin::Search });
     }
@@ -64,10 +64,10 @@ impl LoopClosure {
         for factor in &mut factors[self.chain.len() + num_old..] {
             factor.is_switchable = false;
         }
-        optimize_poses(&mut self.poses, &factors, MAX_GRAPH_STEPS);
+        optimize_poses(&mut self.poses, &factors);
         loop {
             let factors = self.factors();
-            optimize_poses(&mut self.poses, &factors, MAX_GRAPH_STEPS);
+            optimize_poses(&mut self.poses, &factors);
             let poses = &self.poses;
             let before = self.loops.len();
             self.loops.retain(|Loop { factor, .. }| {
