@@ -18,7 +18,7 @@ use crate::search::order::ascending;
 const NUM_CHAINED_SUBMAPS: usize = 3;
 /// Standard deviation between such submaps (m, rad) from which on the chain has not matched them: about half of what is certain.
 const LOOSE_SIGMA: (f64, f64) = (0.12, 0.03);
-/// Submaps that one submap is matched with in a round, at most. Without this limit, that of the round and one of 40 scans a submap,
+/// Submaps that one submap is matched with in a round, at most. Without this limit, that of the round and that of a submap's scans,
 /// 368 of 606 places of the first campus are wrong (11), and 213 of 1,829 of the corridor (none).
 const MAX_CANDIDATES: usize = 4;
 /// Margin of the search window (m, rad) beside three standard deviations of the relative pose, ...
