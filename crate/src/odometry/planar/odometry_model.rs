@@ -28,7 +28,7 @@ const STRETCH_LENGTHS: [f64; 3] = [5.0, 10.0, 20.0];
 /// What a registration leaves open of a direction that nothing constrains (rad, m). With 0.6 rad, ACES is in 5 pieces (3); with 1.5 m,
 /// 145 of 7,347 pairs of the corridor are falsely good in eight draws of `wheels_stop` (100 of 7,322).
 pub const UNREGISTERED: (f64, f64) = (1.0, 1.0);
-/// Chain or result and odometry contradict each other beyond this squared Mahalanobis distance. Of the six logs at hand no stretch of
+/// Result and odometry contradict each other beyond this squared Mahalanobis distance. Of the six logs at hand no stretch of
 /// the result does (17.3 at most); where the ground ahead seems to move on with the robot, 30 and more.
 const CONTRADICTS: f64 = mahalanobis::ONE_IN_TEN_THOUSAND;
 /// Share of the registrations from scans alone that may be wrong though nothing speaks against them: with more wrong steps of the
@@ -95,8 +95,8 @@ impl OdometryModel {
     }
 
     /// Takes what a chain of registrations tells of the odometry: its wrong steps, the size of its metre and its noise. Steps of the
-    /// chain that contradict it, or are longer than any sure one where it tells nothing, become doubtful. Returns the odometry for
-    /// the graph, in which unusual and contradicted steps are known less well.
+    /// chain that are longer than any sure one, where the odometry tells nothing, become implausible. Returns the odometry for the
+    /// graph, in which steps unlike both their neighbours are known less well.
     #[must_use]
     pub fn compare_with_chain(&mut self, estimates: &mut [FrameEstimate]) -> Self {
         self.calibrate(estimates);
