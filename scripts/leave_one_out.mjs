@@ -83,10 +83,7 @@ const THRESHOLDS = [
   },
   {
     means: 'windows in which a loop needs support',
-    constants: [
-      { file: `${LOOPS}/acceptance.rs`, name: 'MAX_WINDOW_ALONE' },
-      { file: `${LOOPS}/acceptance.rs`, name: 'MAX_WINDOW_IN_PAIRS' },
-    ],
+    constants: [{ file: `${LOOPS}/acceptance.rs`, name: 'MAX_WINDOW_ALONE' }],
   },
   {
     means: 'cycles by which loops support each other',

@@ -37,6 +37,8 @@ const fn switch_width(degrees_of_freedom: usize) -> f64 {
 
 /// Converged when the largest step is below this (rad, m).
 const SMALLEST_STEP: f64 = 1e-5;
+/// Most steps of a solution.
+const MAX_STEPS: usize = 20;
 /// Initial share of its diagonal that is added to the normal matrix.
 const INITIAL_DAMPING: f64 = 1e-6;
 /// Lower bound of this share.
@@ -77,13 +79,8 @@ impl<M: RigidMotion> BetweenFactor<M> {
     }
 }
 
-/// Optimises the poses (`T_world_node`; the first is fixed) for the factors in at most `max_iterations` steps of
-/// Levenberg-Marquardt. Returns the number of steps.
-pub(crate) fn optimize_poses<M: RigidMotion>(
-    poses: &mut [M],
-    factors: &[BetweenFactor<M>],
-    max_iterations: usize,
-) -> usize {
+/// Optimises the poses (`T_world_node`; the first is fixed) for the factors by Levenberg-Marquardt. Returns the number of steps.
+pub(crate) fn optimize_poses<M: RigidMotion>(poses: &mut [M], factors: &[BetweenFactor<M>]) -> usize {
     let num_variables = poses.len().saturating_sub(1);
     if num_variables == 0 || factors.is_empty() {
         return 0;
@@ -93,7 +90,7 @@ pub(crate) fn optimize_poses<M: RigidMotion>(
     let mut solver: Option<BlockCholesky<M::Matrix>> = None;
     let mut damping = INITIAL_DAMPING;
     let mut present = total_loss(poses, factors);
-    for iteration in 0..max_iterations {
+    for iteration in 0..MAX_STEPS {
         fill_normal_equations(&mut H, &mut b, factors, poses, damping);
         let Ok(factored) = solver.get_or_insert_with(|| BlockCholesky::new(&H)).factor(&H) else {
             damping *= DAMPING_FACTOR;
@@ -117,7 +114,7 @@ pub(crate) fn optimize_poses<M: RigidMotion>(
             return iteration + 1;
         }
     }
-    max_iterations
+    MAX_STEPS
 }
 
 /// The sum that is minimised: of the squared Mahalanobis distances, less of what is switched off.
@@ -228,8 +225,8 @@ mod tests {
         let before = gap(&poses);
         let sure = factor(&truth, 0, 11, &Vector6::zeros());
         factors.push(BetweenFactor { information: sure.information * 1e4, ..sure });
-        let steps = optimize_poses(&mut poses, &factors, 30);
-        assert!(steps < 30 && gap(&poses) < 0.01 * before, "{steps} steps, {} m of {before} m", gap(&poses));
+        let steps = optimize_poses(&mut poses, &factors);
+        assert!(steps < MAX_STEPS && gap(&poses) < 0.01 * before, "{steps} steps, {} m of {before} m", gap(&poses));
     }
 
     #[test]
@@ -243,7 +240,7 @@ mod tests {
         let off = Vector6::new(0.01, -0.02, 0.01, 0.05, 0.03, -0.04);
         let mut poses: Vec<Pose3> = truth.iter().map(|pose| Pose3::exp(&off) * pose).collect();
         poses[0] = truth[0];
-        optimize_poses(&mut poses, &factors, 30);
+        optimize_poses(&mut poses, &factors);
         for (pose, truth) in poses.iter().zip(&truth) {
             assert!((truth.inverse() * pose).translation_norm() < 0.02);
         }

@@ -17,7 +17,6 @@ use crate::registration::correlative::SearchWindow;
 use crate::registration::icp::IcpOptions;
 use crate::registration::planar::PlanarMetric;
 
-pub mod ablation;
 pub(crate) mod assess;
 pub mod belief;
 pub mod hypothesis;
@@ -27,8 +26,7 @@ pub mod motion_noise;
 pub mod odometry_model;
 mod unmeasured;
 
-use ablation::Ablation;
-use assess::{MIN_POINTS, assess};
+use assess::{GOOD_AGREEMENT, MIN_POINTS, assess};
 use belief::{ByOdometry, Finding};
 use hypothesis::Hypothesis;
 use motion_noise::MotionChange;
@@ -59,8 +57,6 @@ pub struct PlanarOptions {
     pub metric: PlanarMetric,
     /// The registration loop.
     pub icp: IcpOptions,
-    /// Parts that are left out.
-    pub without: Ablation,
 }
 
 /// A motion that was measured, with its uncertainty.
@@ -136,14 +132,16 @@ pub const UNKNOWN_SIGMA: (f64, f64) = (0.6, 1.5);
 pub const MIN_RIVAL_DISTANCE: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
 /// Number of consecutive registered frames from which the motion is known.
 pub const MIN_FRAMES_KNOWN_MOTION: usize = 2;
-/// Largest change of the motion from one frame to the next (rad, m): with 0.25 m, that of slip, fr079 has 1391 good frames from scans
-/// alone (1403); ...
-const MAX_MOTION_CHANGE: (f64, f64) = (0.35, 0.3);
-/// ... to whose translation this share of the last one's is added.
+/// Largest change of the position from what the motion before leads to (m): with 0.25 m, that of slip, fr079 has 1391 good frames from
+/// scans alone (1403); ...
+const MAX_MOTION_CHANGE: f64 = 0.3;
+/// ... to which this share of the last motion is added. A heading may change by as much as the usual search looks for: a robot that
+/// begins to turn.
 const MAX_MOTION_CHANGE_SHARE: f64 = 0.5;
-/// A second place rivals the first when it scores this share of it and lies on the map with this share. Where the motion is not known,
-/// a scan may look elsewhere and show less of the map: any share that is an overlap counts.
-pub const RIVAL_SHARE: f64 = 0.9;
+/// A second place rivals the first when it scores this share of it and lies on the map with this share: what a good registration may
+/// miss makes no difference. Where the motion is not known, a scan may look elsewhere and show less of the map: any share that is an
+/// overlap counts.
+pub const RIVAL_SHARE: f64 = GOOD_AGREEMENT;
 /// Iterations of ICP from a guess that is near the solution, or that most likely is wrong.
 pub const BRIEF_ITERATIONS: usize = 8;
 
@@ -281,12 +279,12 @@ pub fn may_follow(length: f64, before: f64) -> bool {
 }
 
 fn is_continuation(off: &Pose2, before: f64) -> bool {
-    off.rotation_angle() < MAX_MOTION_CHANGE.0 && off.translation_norm() < largest_change(before)
+    off.rotation_angle() < UNKNOWN_SIGMA.0 && off.translation_norm() < largest_change(before)
 }
 
 /// How much (m) the next motion may differ from one of this length (m).
 fn largest_change(before: f64) -> f64 {
-    MAX_MOTION_CHANGE.1 + MAX_MOTION_CHANGE_SHARE * before
+    MAX_MOTION_CHANGE + MAX_MOTION_CHANGE_SHARE * before
 }
 
 fn unregistered(T_world_sensor: Pose2, assessment: Assessment, link: Link) -> FrameEstimate {

@@ -2,12 +2,11 @@
 //! time per scan.
 //!
 //! `cargo measure laser_scores [--out FOLDER] [--data FOLDER] [--only NAME] [--mode odometry|alone]
-//! [--damage all|NAME,... [--draw 0]] [--append NAME] [--without all|NAME,...] [--worlds]
+//! [--damage all|NAME,... [--draw 0]] [--append NAME] [--worlds]
 //! [--loops] [--campus [seed=1] [seeds=1] [campus_step=1] [campus_length=630]] [NAME=VALUE]...`
 //!
 //! `--damage` runs damaged logs (`damage.rs`; `--draw` puts the faults of `wheels_stop` elsewhere), `--append` logs with another log appended,
-//! `--worlds` the generated worlds that look the same from several places. `--without` leaves out one part of the engine
-//! after the other: odometry, second_basin, consistent_sets, robust_kernel, doubt.
+//! `--worlds` the generated worlds that look the same from several places.
 //!
 //! `--loops` prints what the search for loops compared and what came of it, by the poses in the log (`loops.rs`).
 //!
@@ -28,7 +27,6 @@ use scanstitch::io::laser_log;
 use scanstitch::io::relations::{self, PoseKey, Relation};
 use scanstitch::io::trajectory::{self, Trajectory};
 use scanstitch::odometry::assessment::Status;
-use scanstitch::odometry::planar::ablation::Ablation;
 use scanstitch::pipeline::planar::Reconstruction;
 use scanstitch::pipeline::report::{FrameResult, PlanarPose, Stage};
 use scanstitch::pipeline::settings::Settings;
@@ -89,20 +87,6 @@ const CASES: &[Case] = &[
     Case { name: "fr-clinic", log: "radish/fr-clinic.clf", odometry: None, relations: &[] },
 ];
 
-/// Parts of the engine that can be left out.
-const PARTS: &[&str] = &["odometry", "second_basin", "consistent_sets", "robust_kernel", "doubt"];
-
-fn ablation(part: &str) -> Ablation {
-    let is = |name: &str| part == name;
-    Ablation {
-        odometry: is("odometry"),
-        second_basin: is("second_basin"),
-        consistent_sets: is("consistent_sets"),
-        robust_kernel: is("robust_kernel"),
-        doubt: is("doubt"),
-    }
-}
-
 pub fn main() {
     let arguments = arguments();
     let option = |name: &str| arguments.iter().position(|a| a == name).and_then(|at| arguments.get(at + 1)).cloned();
@@ -113,16 +97,8 @@ pub fn main() {
             settings[name] = serde_json::from_str(value).unwrap_or_else(|_| value.into());
         }
     }
-    let parts: Vec<&str> = match option("--without").as_deref() {
-        None => vec![""],
-        Some("all") => PARTS.to_vec(),
-        Some(list) => PARTS.iter().copied().filter(|part| list.split(',').any(|name| name == *part)).collect(),
-    };
     if arguments.iter().any(|argument| argument == "--worlds") {
-        for part in parts {
-            println!("{}", if part.is_empty() { "whole".to_owned() } else { format!("without {part}") });
-            worlds::print_table(&settings, ablation(part));
-        }
+        worlds::print_table(&settings);
         return;
     }
     if arguments.iter().any(|argument| argument == "--campus") {
@@ -157,8 +133,7 @@ pub fn main() {
             if let Some(other) = option("--append") {
                 input.append(&read(&other));
             }
-            for (with_odometry, part) in [true, false].into_iter().flat_map(|with| parts.iter().map(move |p| (with, p)))
-            {
+            for with_odometry in [true, false] {
                 let name = if with_odometry { "odometry" } else { "alone" };
                 if mode.as_deref().is_some_and(|mode| mode != name) {
                     continue;
@@ -170,11 +145,7 @@ pub fn main() {
                 let settings = serde_json::from_value(settings).expect("the settings are right");
                 let is_own = case.odometry.is_none() && damage.is_empty();
                 let odometry = input.trajectory().filter(|_| with_odometry && !is_own);
-                let label = format!(
-                    "{damage} {name} {}",
-                    if part.is_empty() { String::new() } else { format!("without {part}") }
-                );
-                let settings = (settings, ablation(part));
+                let label = format!("{damage} {name}");
                 score(case, label.trim(), &input, odometry, settings, &data, option("--out").as_deref());
             }
         }
@@ -186,12 +157,11 @@ fn score(
     mode: &str,
     input: &Input,
     odometry: Option<Trajectory>,
-    (settings, without): (Settings, Ablation),
+    settings: Settings,
     data: &str,
     out: Option<&str>,
 ) {
     let mut reconstruction = Reconstruction::new(settings).expect("the settings are right");
-    reconstruction.set_ablation(without);
     reconstruction.add_log("log", &input.log);
     if let Some(odometry) = odometry {
         reconstruction.set_odometry("odometry", odometry).expect("odometry has headings");

@@ -4,7 +4,6 @@ use glam::Vec3;
 use scanstitch::geometry::{PointCloud, Pose2, Pose3, RigidMotion};
 use scanstitch::io::trajectory::{Trajectory, in_space};
 use scanstitch::odometry::assessment::Status;
-use scanstitch::odometry::planar::ablation::Ablation;
 use scanstitch::pipeline::planar::Reconstruction;
 use scanstitch::pipeline::report::Stage;
 use scanstitch_scene::ambiguous::{ALL, generate};
@@ -12,7 +11,7 @@ use scanstitch_scene::recording::PlanarRecording;
 
 use crate::arguments::arguments;
 
-pub fn print_table(settings: &serde_json::Value, without: Ablation) {
+pub fn print_table(settings: &serde_json::Value) {
     let arguments = arguments();
     let is_told = arguments.iter().any(|argument| argument == "--frames");
     let num_scans = arguments.iter().find_map(|a| a.strip_prefix("--scans=")?.parse().ok()).unwrap_or(12);
@@ -21,7 +20,7 @@ pub fn print_table(settings: &serde_json::Value, without: Ablation) {
             let (mut good, mut falsely, mut wrong, mut seeds) = (0, 0, 0, Vec::new());
             for seed in 0..20 {
                 let recording = generate(kind, seed, num_scans);
-                let reconstruction = run(settings, without, &recording, with_odometry);
+                let reconstruction = run(settings, &recording, with_odometry);
                 let frames = reconstruction.result().frames;
                 let poses = reconstruction.poses();
                 let truth = &recording.T_world_sensor;
@@ -67,15 +66,9 @@ pub fn print_table(settings: &serde_json::Value, without: Ablation) {
     }
 }
 
-fn run(
-    settings: &serde_json::Value,
-    without: Ablation,
-    recording: &PlanarRecording,
-    with_odometry: bool,
-) -> Reconstruction {
+fn run(settings: &serde_json::Value, recording: &PlanarRecording, with_odometry: bool) -> Reconstruction {
     let settings = serde_json::from_value(settings.clone()).expect("the settings are right");
     let mut reconstruction = Reconstruction::new(settings).expect("the settings are right");
-    reconstruction.set_ablation(without);
     for (index, scan) in recording.scans.iter().enumerate() {
         let positions = scan.iter().map(|p| Vec3::new(p.x as f32, p.y as f32, 0.0)).collect();
         reconstruction.add_scan(&index.to_string(), PointCloud::from_positions(positions)).expect("it is a scan");

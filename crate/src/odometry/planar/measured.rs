@@ -158,9 +158,6 @@ impl Odometry {
     ) -> Option<(Pose2, Matrix3<f64>)> {
         let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
         let information = information_less_normal_noise(registration);
-        if self.options.without.odometry {
-            return Some((self.T_world_last * T_last_found.renormalized(), information));
-        }
         let fused_by = |information: &Matrix3<f64>| {
             let link = self.link_covariance(information);
             self.T_world_last * fuse((&T_last_found, &link), (&motion.T_before_sensor, &motion.covariance))

@@ -7,13 +7,17 @@ use super::super::recorded_scan::{Matching, RecordedScan, TimedPoses, match_odom
 use crate::geometry::quantile::{MIN_SAMPLE, quantile};
 use crate::geometry::{Pose2, RigidMotion};
 use crate::io::trajectory::Trajectory;
-use crate::odometry::planar::assess::{MIN_OVERLAP, MOST};
+use crate::odometry::planar::assess::{MIN_OVERLAP, MOST, PLAUSIBLE_AGREEMENT};
 use crate::odometry::planar::hypothesis::{NUM_SEARCHED_POINTS, agrees_as_well, thinned};
 use crate::registration::free_space::FreeSpaceTest;
 use crate::registration::free_space::beams::RangeProfile;
 
-/// Another reading has to make this share of the returns more agree than the odometry as it is; odometry, more than no motion at all.
-const MIN_GAIN: f64 = 0.2;
+/// Smallest gain in the share of agreeing returns that counts: what may disagree where a pose is right all the same (people, doors).
+/// Another reading has to gain this over the odometry as it is; odometry, over no motion at all.
+fn min_gain() -> f64 {
+    1.0 - PLAUSIBLE_AGREEMENT
+}
+
 /// What other positions are tried: metres to one of their units, and what to call them.
 const POSITION_UNITS: [(f64, &str); 8] = [
     (0.01, "centimetres"),
@@ -63,7 +67,7 @@ impl Evidence {
             return Self { pairs: moved };
         }
         let differs =
-            |pair: &ScanPair, still: f64| (still - pair.agreement_by(scans, |scan| poses[scan])).abs() > MIN_GAIN;
+            |pair: &ScanPair, still: f64| (still - pair.agreement_by(scans, |scan| poses[scan])).abs() > min_gain();
         Self { pairs: pairs(&differs) }
     }
 
@@ -105,13 +109,13 @@ impl Evidence {
     /// Smallest agreement of another reading that counts against the odometry as it is given. Positions a thousand times too small
     /// are no motion at all: a reading has to be better than that as well.
     fn least(&self, as_given: f64) -> f64 {
-        (as_given + MIN_GAIN).max(self.still() + MIN_GAIN).max(MOST)
+        (as_given + min_gain()).max(self.still() + min_gain()).max(MOST)
     }
 
     /// Whether what the scans saw agrees with the odometry, and better than without any motion.
     pub(super) fn confirms(&self, scans: &[RecordedScan], poses: &[Option<Pose2>]) -> bool {
         let as_given = self.agreement(scans, |scan| poses[scan]);
-        self.pairs.len() >= MIN_SAMPLE && as_given >= MOST && as_given >= self.still() + MIN_GAIN
+        self.pairs.len() >= MIN_SAMPLE && as_given >= MOST && as_given >= self.still() + min_gain()
     }
 
     /// What speaks against the odometry as it is, and what would mend it.
@@ -141,7 +145,7 @@ impl Evidence {
             let figures = format!("{} % of what the scans saw agrees then", percent(agreement));
             return Some((format!("{problem}: {figures}, and {} % as it is", percent(as_given)), remedy));
         }
-        (as_given < still + MIN_GAIN).then(|| {
+        (as_given < still + min_gain()).then(|| {
             let (with, without) = (percent(as_given), percent(still));
             let problem = format!(
                 "It is not what the scans saw: with its motion ({:.2} m from scan to scan, median) {with} % of that agrees, \

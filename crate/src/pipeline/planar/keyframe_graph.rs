@@ -13,7 +13,6 @@ use crate::graph::pose_graph::{BetweenFactor, PlanarFactor};
 use crate::io::pose_graph::{Edge as MotionEdge, PoseGraph};
 use crate::map::local::is_new_view;
 use crate::odometry::assessment::Status;
-use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::assess::{MIN_OVERLAP, PLAUSIBLE_AGREEMENT};
 use crate::odometry::planar::information::{openness, seen_from, softened_covariance};
 use crate::odometry::planar::odometry_model::{MIN_SURE, OdometryModel, UNREGISTERED};
@@ -51,7 +50,6 @@ pub struct KeyframeGraph {
     is_confirmed: Vec<bool>,
     /// Whether a keyframe was placed by measured motion alone.
     is_carried: Vec<bool>,
-    without: Ablation,
     /// The loops between keyframes.
     pub closure: LoopClosure,
 }
@@ -63,7 +61,6 @@ impl KeyframeGraph {
         scans: &[Rc<PlanarScan>],
         poses: &[Pose2],
         odometry: &OdometryModel,
-        without: Ablation,
     ) -> Self {
         let is_long = estimates.iter().filter(|estimate| estimate.link != Link::Lost).count() >= LONG_SEQUENCE;
         let (nodes, hangs_on) = keyframes(estimates, poses, is_long);
@@ -85,17 +82,16 @@ impl KeyframeGraph {
             links[node + 1].is_broken = relations.openness.is_none();
             let is_good = estimates[pair[1]].assessment().status == Status::Good;
             is_confirmed.push(is_good && odometry.between(pair[0], pair[1]).is_some());
-            chain.extend(relations.between_nodes(node, without));
+            chain.extend(relations.between_nodes(node));
         }
         Self {
             is_carried: nodes.iter().map(|&node| estimates[node].link == Link::Carried).collect(),
             has_measured_motion: odometry.is_measured(),
             is_confirmed,
-            closure: LoopClosure::new(links, chain, without),
+            closure: LoopClosure::new(links, chain),
             nodes,
             hangs_on,
             is_long,
-            without,
         }
     }
 
@@ -118,9 +114,6 @@ impl KeyframeGraph {
 
     /// For each frame the number of the certain piece it belongs to, 0 being the main one: the largest.
     pub fn pieces(&self) -> Vec<usize> {
-        if self.without.doubt {
-            return vec![0; self.hangs_on.len()];
-        }
         let mut of_nodes = self.closure.pieces();
         let size = |piece: usize| of_nodes.iter().filter(|&&of| of == piece).count();
         let num_pieces = of_nodes.iter().max().map_or(0, |last| last + 1);
@@ -309,9 +302,8 @@ impl Relations {
     }
 
     /// As relations between node `from` and the next.
-    fn between_nodes(self, from: usize, without: Ablation) -> impl Iterator<Item = PlanarFactor> {
-        let count = if without.odometry { 1 } else { self.all.len() };
-        self.all.into_iter().take(count).map(move |relation| BetweenFactor { from, to: from + 1, ..relation })
+    fn between_nodes(self, from: usize) -> impl Iterator<Item = PlanarFactor> {
+        self.all.into_iter().map(move |relation| BetweenFactor { from, to: from + 1, ..relation })
     }
 }
 

@@ -15,7 +15,7 @@ use crate::odometry::assessment::Status;
 use crate::odometry::localization::{Localizer, Location, MapField, Place, Verdict};
 use crate::odometry::planar::information::{seen_from, softened_covariance};
 use crate::odometry::planar::odometry_model::UNREGISTERED;
-use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, Odometry, PlanarOptions, REGISTRATION_SIGMA};
+use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, Odometry, REGISTRATION_SIGMA};
 use crate::pipeline::prepared_frame::FrameLabel;
 use crate::pipeline::recorded_scan::RecordedScans;
 use crate::pipeline::report::PlanarPose;
@@ -110,7 +110,7 @@ impl Reconstruction {
         let recorded = RecordedScans { all: &self.recorded, limit, settings: &self.settings };
         let chosen = ChosenOdometry::new(self.odometry.as_ref(), &recorded);
         let checked = chosen.checked.iter().flat_map(|checked| checked.refusal.iter().chain(&checked.notes)).cloned();
-        let options = PlanarOptions { without: self.without, ..self.settings.odometry_options() };
+        let options = self.settings.odometry_options();
         let has_odometry = chosen.model.steps.iter().any(Option::is_some);
         Ok(Localization {
             localizer: Localizer::new(Rc::new(field), has_odometry),

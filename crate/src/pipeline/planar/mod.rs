@@ -34,7 +34,6 @@ use crate::io::laser_log::stamps::{Stamps, stamps};
 use crate::io::trajectory::{Contents, Trajectory, in_space, tum_text};
 use crate::map::local::StitchedMap;
 use crate::map::occupancy_grid::OccupancyGrid;
-use crate::odometry::planar::ablation::Ablation;
 use crate::pipeline::prepared_frame::FrameLabel;
 use crate::pipeline::recorded_scan::{RecordedScan, at_height_of_laser, in_sensor_frame, is_one_log};
 use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, ReconstructionResult};
@@ -66,7 +65,6 @@ pub struct Reconstruction {
     odometry: Option<(String, Trajectory)>,
     /// Set by what may hold odometry, so that an engine which takes clouds alone holds nothing that judges it.
     choose_odometry: Option<ChooseOdometry>,
-    without: Ablation,
     begin_joining: Option<BeginJoining>,
     run: Option<Run>,
 }
@@ -96,7 +94,6 @@ impl Reconstruction {
             reference: None,
             odometry: None,
             choose_odometry: None,
-            without: Ablation::default(),
             run: None,
         })
     }
@@ -182,12 +179,6 @@ impl Reconstruction {
         &self.settings
     }
 
-    /// Leaves out parts of the engine, to measure what they bring, and starts over.
-    pub fn set_ablation(&mut self, without: Ablation) {
-        self.without = without;
-        self.run = None;
-    }
-
     /// Number of scans.
     pub fn num_scans(&self) -> usize {
         self.recorded.len()
@@ -228,9 +219,9 @@ impl Reconstruction {
 
     /// Does one bounded piece of work: one frame, or a part of the joint solution.
     pub fn step(&mut self) -> Progress {
-        let Self { settings, recorded, odometry, choose_odometry, without, begin_joining, run, .. } = self;
+        let Self { settings, recorded, odometry, choose_odometry, begin_joining, run, .. } = self;
         let odometry = (odometry.as_ref(), *choose_odometry);
-        let run = run.get_or_insert_with(|| Run::new(settings, *without, recorded, odometry, *begin_joining));
+        let run = run.get_or_insert_with(|| Run::new(settings, recorded, odometry, *begin_joining));
         run.advance(recorded, settings)
     }
 

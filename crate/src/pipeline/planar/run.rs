@@ -19,9 +19,8 @@ use crate::graph::loops::planar::{LoopTrials, Uncertainty};
 use crate::io::trajectory::Trajectory;
 use crate::map::local::LocalMap;
 use crate::odometry::assessment::Status;
-use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::belief::Finding;
-use crate::odometry::planar::{BRIEF_ITERATIONS, FrameEstimate, Odometry, PlanarOptions};
+use crate::odometry::planar::{BRIEF_ITERATIONS, FrameEstimate, Odometry};
 use crate::pipeline::prepared_frame::FrameLabel;
 use crate::pipeline::recorded_scan::{RecordedScan, RecordedScans};
 use crate::pipeline::report::{FrameResult, PlanarPose, Progress, Stage};
@@ -56,7 +55,6 @@ pub struct Run {
     pub scans: Vec<Rc<PlanarScan>>,
     cleaning: Vec<CleaningReport>,
     odometry: Odometry,
-    without: Ablation,
     /// Without the pairs of points, which take more memory than the scans, and of the poses on the way the first alone.
     pub(super) estimates: Vec<FrameEstimate>,
     pub poses: Vec<Pose2>,
@@ -75,13 +73,12 @@ impl Run {
     /// Prepares a run; looks at the odometry, if there may be any: that of a file, and how it is chosen.
     pub fn new(
         settings: &Settings,
-        without: Ablation,
         recorded: &[RecordedScan],
         odometry: (Option<&(String, Trajectory)>, Option<ChooseOdometry>),
         begin_joining: Option<BeginJoining>,
     ) -> Self {
         let detected_limit = range_limit(recorded.iter().map(|scan| scan.cloud.positions.as_slice()));
-        let options = PlanarOptions { without, ..settings.odometry_options() };
+        let options = settings.odometry_options();
         let limit = detected_limit.unwrap_or(f64::INFINITY);
         let (file, choose_odometry) = odometry;
         let chosen_odometry = choose_odometry.map_or_else(
@@ -101,7 +98,6 @@ impl Run {
             detected_limit,
             scans: Vec::new(),
             cleaning: Vec::new(),
-            without,
             estimates: Vec::new(),
             poses: Vec::new(),
             graph: None,
@@ -175,7 +171,7 @@ impl Run {
             return;
         }
         let of_graph = self.chosen_odometry.model.compare_with_chain(&mut self.estimates);
-        self.graph = Some(KeyframeGraph::new(&self.estimates, &self.scans, &self.poses, &of_graph, self.without));
+        self.graph = Some(KeyframeGraph::new(&self.estimates, &self.scans, &self.poses, &of_graph));
         self.stage = Stage::Loops;
         if num_placed < LONG_SEQUENCE {
             // The loops of a few scans are not searched for; where another recording lies, is.

@@ -10,7 +10,6 @@ pub use self::description::{Choice, Preset, SettingDescription, SettingKind};
 use self::description::{check_limits, check_range};
 pub use self::list::{descriptions, presets};
 use crate::error::Result;
-use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::{InitialGuess, PlanarOptions};
 use crate::preprocess::clean::RangeLimits;
 use crate::registration::correlative::SearchWindow;
@@ -163,7 +162,6 @@ impl Settings {
             search: SearchWindow { translation: self.search_translation, rotation: self.search_rotation },
             metric: self.metric,
             icp: self.icp_options(),
-            without: Ablation::default(),
         }
     }
 

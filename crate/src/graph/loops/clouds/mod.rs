@@ -11,7 +11,7 @@ mod place;
 use nalgebra::Vector3;
 
 use self::place::{Fit, Place, Stretch, options_of_places};
-use super::spatial::{FrameMotions, LoopReport, SOLVER_ITERATIONS, between_factor};
+use super::spatial::{FrameMotions, LoopReport, between_factor};
 use crate::geometry::{Pose3, RigidMotion};
 use crate::graph::pose_graph::{BetweenFactor, SpatialFactor, optimize_poses};
 use crate::odometry::cloud::{CloudOptions, LIMITS, MIN_LEAD, RegisteredCloud};
@@ -236,9 +236,9 @@ impl CloudLoops {
         }
         let mut poses: Vec<Pose3> = self.nodes.iter().map(|node| node.T_world_cloud).collect();
         let fixed = self.loops.iter().map(|found| BetweenFactor { is_switchable: false, ..*found });
-        optimize_poses(&mut poses, &self.chain.iter().copied().chain(fixed).collect::<Vec<_>>(), SOLVER_ITERATIONS);
+        optimize_poses(&mut poses, &self.chain.iter().copied().chain(fixed).collect::<Vec<_>>());
         let all: Vec<SpatialFactor> = self.chain.iter().chain(&self.loops).copied().collect();
-        optimize_poses(&mut poses, &all, SOLVER_ITERATIONS);
+        optimize_poses(&mut poses, &all);
         let is_believed = |found: &SpatialFactor| found.weight(found.squared_distance(&poses)) >= MIN_WEIGHT;
         if !self.loops[self.num_solved..].iter().all(is_believed) {
             self.loops.truncate(self.num_solved);

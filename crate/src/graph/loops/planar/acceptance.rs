@@ -3,17 +3,15 @@
 use nalgebra::Matrix3;
 
 use super::consistency::{Candidate, Relation, compare, consistent_set};
-use super::{Loop, LoopClosure, MAX_GRAPH_STEPS, Origin};
+use super::{Loop, LoopClosure, Origin};
 use crate::geometry::mahalanobis;
+use crate::graph::joint_scan_registration::MAX_NEIGHBOR_DISTANCE;
 use crate::graph::pose_graph::{BetweenFactor, optimize_poses};
 use crate::registration::correlative::SearchWindow;
 
 /// Widest search window (m, rad) in which a match needs no other to support it: what else would fit is no further off. With 0.6 m and
 /// 0.25 rad the third campus has 4 stretches falsely good.
 pub(super) const MAX_WINDOW_ALONE: SearchWindow = SearchWindow { translation: 1.0, rotation: 0.3 };
-/// Widest search window (m, rad) in which one supporting match is enough; beyond, two are needed. With one
-/// everywhere, 118 of 606 places of the third campus are wrong (26); with two everywhere, the corridor has 1896 good frames (1928).
-const MAX_WINDOW_IN_PAIRS: SearchWindow = SearchWindow { translation: 4.0, rotation: 0.8 };
 
 impl LoopClosure {
     /// Takes the matches that agree into the graph, solves it, and takes back what does not fit. Whether anything changed.
@@ -28,7 +26,7 @@ impl LoopClosure {
         let support = consistent_set(&relations, num_loops);
         let (mut entered, mut rest) = (Vec::new(), Vec::new());
         for ((candidate, window), support) in std::mem::take(&mut self.pool).into_iter().zip(support) {
-            if self.without.consistent_sets || support.is_some_and(|support| support >= support_needed(window)) {
+            if support.is_some_and(|support| support >= support_needed(window)) {
                 entered.push(candidate);
             } else {
                 rest.push((candidate, window));
@@ -51,7 +49,7 @@ impl LoopClosure {
             to: self.submaps[candidate.source].anchor,
             T_from_to: candidate.found.T_target_source,
             information: candidate.found.covariance.try_inverse().unwrap_or_else(Matrix3::zeros),
-            is_switchable: !self.without.robust_kernel,
+            is_switchable: true,
         };
         self.loops.push(Loop { candidate, factor, origin: Origin::Search });
     }
@@ -64,10 +62,10 @@ impl LoopClosure {
         for factor in &mut factors[self.chain.len() + num_old..] {
             factor.is_switchable = false;
         }
-        optimize_poses(&mut self.poses, &factors, MAX_GRAPH_STEPS);
+        optimize_poses(&mut self.poses, &factors);
         loop {
             let factors = self.factors();
-            optimize_poses(&mut self.poses, &factors, MAX_GRAPH_STEPS);
+            optimize_poses(&mut self.poses, &factors);
             let poses = &self.poses;
             let before = self.loops.len();
             self.loops.retain(|Loop { factor, .. }| {
@@ -80,12 +78,13 @@ impl LoopClosure {
     }
 }
 
-/// How many other matches have to support one that was found in a window.
+/// How many other matches have to support one that was found in a window: one where the window reaches no further than a submap does,
+/// two beyond. With one everywhere, 118 of 606 places of the third campus are wrong (26); with two everywhere, the corridor has 1896 good
+/// frames (1928).
 fn support_needed(window: SearchWindow) -> usize {
-    let is_within = |limit: SearchWindow| window.translation <= limit.translation && window.rotation <= limit.rotation;
-    if is_within(MAX_WINDOW_ALONE) {
+    if window.translation <= MAX_WINDOW_ALONE.translation && window.rotation <= MAX_WINDOW_ALONE.rotation {
         0
-    } else if is_within(MAX_WINDOW_IN_PAIRS) {
+    } else if window.translation <= MAX_NEIGHBOR_DISTANCE {
         1
     } else {
         2

@@ -120,7 +120,6 @@ mod tests {
     use super::*;
     use crate::graph::loops::planar::ChainLink;
     use crate::graph::pose_graph::BetweenFactor;
-    use crate::odometry::planar::ablation::Ablation;
     use crate::preprocess::planar_scan::PlanarScan;
 
     const NUM_KEYFRAMES: usize = 120;
@@ -141,7 +140,7 @@ mod tests {
             information: Matrix3::from_diagonal(&variances.map(f64::recip)),
             is_switchable: false,
         });
-        LoopClosure::new(links.collect(), chain.collect(), Ablation::default())
+        LoopClosure::new(links.collect(), chain.collect())
     }
 
     #[test]

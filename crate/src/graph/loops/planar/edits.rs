@@ -223,7 +223,7 @@ impl LoopClosure {
         let source = SourceStretch::new(source.keyframes.clone(), source.anchor, &self.keyframes, &self.poses);
         let target = self.target(pair.target);
         let found = match_stretches(&target, &source, &self.keyframes, &pair.guess, pair.window, options);
-        let outcome = TrialOutcome::of(found.as_ref(), self.without);
+        let outcome = TrialOutcome::of(found.as_ref());
         match found {
             Some(found) if outcome == TrialOutcome::Matched => Ok(found),
             found => Err(Refusal::NoMatch(outcome.figure(found.as_ref()))),

@@ -4,7 +4,6 @@ use super::LoopClosure;
 use super::matching::{Pair, SubmapMatch};
 use crate::geometry::Pose2;
 use crate::odometry::planar::RIVAL_SHARE;
-use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::assess::MIN_OVERLAP;
 use crate::registration::correlative::SearchWindow;
 
@@ -81,13 +80,13 @@ impl TrialOutcome {
     }
 
     /// By what was found, in the order of what speaks against a match.
-    pub(super) fn of(found: Option<&SubmapMatch>, without: Ablation) -> Self {
+    pub(super) fn of(found: Option<&SubmapMatch>) -> Self {
         let Some(found) = found else { return Self::NotFound };
         if found.agreement <= MIN_AGREEMENT {
             Self::Disagrees
         } else if found.fitness <= MIN_OVERLAP {
             Self::FitsLittle
-        } else if found.rival >= RIVAL_SHARE && !without.second_basin {
+        } else if found.rival >= RIVAL_SHARE {
             Self::HasRival
         } else {
             Self::Matched

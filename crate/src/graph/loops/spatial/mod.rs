@@ -30,8 +30,6 @@ use crate::registration::solver::Motion;
 const MIN_SIGMA: (f64, f64) = (2e-3, 5e-3);
 /// ... and the standard deviation without any measurement.
 const UNKNOWN_SIGMA: (f64, f64) = (0.3, 0.5);
-/// Iterations of the pose graph, first with all loops and then with robust weights.
-pub(super) const SOLVER_ITERATIONS: usize = 15;
 /// Largest loss of agreement or overlap (shares, 0..=1) for which a solution is kept; together they have to gain.
 const MAX_DETERIORATION: f64 = 0.004;
 /// Distance below which a pose has not changed (m, two metres per radian).
@@ -240,9 +238,9 @@ impl SpatialLoops {
     fn solve(&self, mut poses: Vec<Pose3>) -> Vec<Pose3> {
         let fixed = self.loops.iter().map(|found| BetweenFactor { is_switchable: false, ..*found });
         let factors: Vec<SpatialFactor> = self.chain.iter().copied().chain(fixed).collect();
-        optimize_poses(&mut poses, &factors, SOLVER_ITERATIONS);
+        optimize_poses(&mut poses, &factors);
         let factors: Vec<SpatialFactor> = self.chain.iter().chain(&self.loops).copied().collect();
-        optimize_poses(&mut poses, &factors, SOLVER_ITERATIONS);
+        optimize_poses(&mut poses, &factors);
         if let (Motion::Planar, Some(&first)) = (self.motion, poses.first()) {
             for pose in &mut poses {
                 *pose = first * self.motion.nearest(&(first.inverse() * *pose));
