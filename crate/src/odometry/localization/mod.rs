@@ -24,6 +24,6 @@ pub use field::MapField;
 pub use likelihood::{Beam, BeamModel, Fit};
 pub use localizer::Localizer;
 pub use location::{Location, Place, Verdict};
-pub use particles::{Particle, ParticleFilter, ParticleOptions};
+pub use particles::{MAX_PARTICLES, Particle, ParticleFilter, ParticleOptions};
 pub use stretches::StretchSearch;
 pub use window::LONGEST_STRETCH;

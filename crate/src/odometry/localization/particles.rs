@@ -54,7 +54,7 @@ impl Default for ParticleOptions {
 }
 
 /// Most particles: 32 MB.
-const MAX_PARTICLES: usize = 1_000_000;
+pub const MAX_PARTICLES: usize = 1_000_000;
 
 impl ParticleOptions {
     fn check(&self) -> Result<()> {

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use super::Localization;
 use crate::error::Result;
 use crate::geometry::Pose2;
-use crate::odometry::localization::{Particle, ParticleFilter, ParticleOptions};
+use crate::odometry::localization::{MAX_PARTICLES, Particle, ParticleFilter, ParticleOptions};
 use crate::odometry::planar::MeasuredMotion;
 use crate::preprocess::planar_scan::PlanarScan;
 
@@ -25,9 +25,6 @@ pub struct ParticleRun {
     kept: BTreeMap<usize, ParticleFilter>,
     interval: usize,
 }
-
-/// Most particles that are kept in all (32 bytes each).
-const MAX_KEPT: usize = 2_000_000;
 
 impl Localization {
     /// A particle filter over the scans located so far.
@@ -89,13 +86,13 @@ impl ParticleRun {
         next < scan
     }
 
-    /// Keeps the filter after a scan; where it becomes too much, half of the scans at twice the interval.
+    /// Keeps the filter after a scan; where all have more particles than one may have, every second one at twice the interval.
     fn keep(&mut self, scan: usize) {
         if !scan.is_multiple_of(self.interval) {
             return;
         }
         self.kept.insert(scan, self.filter.clone());
-        while self.kept.len() > 1 && self.kept.len() * self.filter.particles().len() > MAX_KEPT {
+        while self.kept.len() > 1 && self.kept.len() * self.filter.particles().len() > MAX_PARTICLES {
             self.interval *= 2;
             self.kept.retain(|kept, _| kept.is_multiple_of(self.interval));
         }
