@@ -20,7 +20,7 @@ use crate::odometry::assessment::Status;
 use crate::preprocess::deskew::{SweepMotion, deskew};
 
 /// A sweep is straightened at most so often, and is doubtful where that is not enough. Nine were needed in four worlds, from rest at 2 rad/s, where
-/// each took the velocity that the last one had found; Newton's steps need fewer.
+/// each took the velocity that the last one had found; Newton's steps were not counted there.
 const MAX_PASSES: usize = 12;
 const STILL_CHANGING: &str = "the velocity by which it is straightened was still changing with each registration";
 
