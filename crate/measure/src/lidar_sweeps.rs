@@ -168,6 +168,7 @@ fn time(space: &Space, num_sweeps: usize) {
     );
     if let Some(folder) = argument("--write") {
         write(&Path::new(&folder).join("timing"), &drive, &clouds);
+        write(&Path::new(&folder).join("timing_bent"), &drive, &skewed);
     }
 }
 

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use nalgebra::{Vector3, Vector6};
 
-use crate::geometry::{PointCloud, Pose3, RigidMotion};
+use crate::geometry::{PointCloud, PointTimes, Pose3, RigidMotion};
 
 /// Times during a sweep at which its motion is computed. Between them it is linear: half a step of a sweep that turns by 1.7 rad is 8e-4 rad, and what is
 /// of second order 3e-7 of the range.
@@ -15,35 +15,71 @@ const NUM_KNOTS: usize = 1024;
 /// `T_world_sensor(t) = T_world_sensor(time) * exp((t - time) * velocity)`, as in Vizzo et al., "KISS-ICP", RA-L 8 (2023), section
 /// III-A.
 pub fn deskew(cloud: PointCloud, velocity: &Vector6<f64>, time: f64) -> PointCloud {
-    let Some(times) = &cloud.times else { return cloud };
-    let (step, start) = (times.span() / NUM_KNOTS as f64, times.origin - time);
-    let knot = |knot: usize| <Pose3 as RigidMotion>::exp(&(velocity * (start + step * knot as f64)));
-    let knots: Vec<Pose3> = (0..=NUM_KNOTS).map(knot).collect();
-    let (turn, shift) = (velocity.fixed_rows::<3>(0).into_owned(), velocity.fixed_rows::<3>(3).into_owned());
-    let double = |v: &Vec3| Vector3::from(v.as_dvec3().to_array());
-    let single = |v: Vector3<f64>| Vec3::new(v.x as f32, v.y as f32, v.z as f32);
-    // The nearest knot, and the time from there.
-    let near = |offset: f32| {
-        let place = if step > 0.0 { (f64::from(offset) / step + 0.5) as usize } else { 0 };
-        (&knots[place], f64::from(offset) - step * place as f64)
+    let Some(times) = cloud.times.as_ref().filter(|_| *velocity != Vector6::zeros()) else {
+        return PointCloud { times: None, ..cloud };
     };
-    let moved = |(point, &offset): (&Vec3, &f32)| {
-        let ((T, since), point) = (near(offset), double(point));
-        single(T.rotation * (point + (turn.cross(&point) + shift) * since) + T.translation.vector)
-    };
-    let turned = |(normal, &offset): (&Vec3, &f32)| {
-        let ((T, since), normal) = (near(offset), double(normal));
-        single(T.rotation * (normal + turn.cross(&normal) * since))
-    };
-    let positions = cloud.positions.iter().zip(&times.offsets).map(moved).collect();
-    let normals = cloud.normals.as_ref().map(|normals| normals.iter().zip(&times.offsets).map(turned).collect());
+    let motion = SweepMotion::new(times, velocity, time);
+    let positions =
+        cloud.positions.iter().zip(&times.offsets).map(|(point, &offset)| motion.point(point, offset)).collect();
+    let normals = cloud.normals.as_ref().map(|normals| motion.turned(normals, times));
     PointCloud { positions, normals, times: None, ..cloud }
+}
+
+/// The motion of the sensor during a sweep, from a time of it.
+pub(crate) struct SweepMotion {
+    knots: Vec<Pose3>,
+    /// Time between two knots (s).
+    step: f64,
+    turn: Vector3<f64>,
+    shift: Vector3<f64>,
+}
+
+impl SweepMotion {
+    /// With this velocity, from `time` (s, as the points' times); see [`deskew`].
+    pub fn new(times: &PointTimes, velocity: &Vector6<f64>, time: f64) -> Self {
+        let (step, start) = (times.span() / NUM_KNOTS as f64, times.origin - time);
+        let knot = |knot: usize| <Pose3 as RigidMotion>::exp(&(velocity * (start + step * knot as f64)));
+        let [turn, shift] = [0, 3].map(|first| velocity.fixed_rows::<3>(first).into_owned());
+        Self { knots: (0..=NUM_KNOTS).map(knot).collect(), step, turn, shift }
+    }
+
+    /// Directions of points at these times, in the frame of the sensor at the time of the motion; zero stays zero.
+    pub fn turned(&self, directions: &[Vec3], times: &PointTimes) -> Vec<Vec3> {
+        let each = directions.iter().zip(&times.offsets);
+        each.map(|(direction, &offset)| self.direction(direction, offset)).collect()
+    }
+
+    /// The knot that is nearest to a time after the first one, and the time from there (s).
+    fn near(&self, offset: f32) -> (&Pose3, f64) {
+        let place = if self.step > 0.0 { (f64::from(offset) / self.step + 0.5) as usize } else { 0 };
+        (&self.knots[place], f64::from(offset) - self.step * place as f64)
+    }
+
+    fn point(&self, point: &Vec3, offset: f32) -> Vec3 {
+        let ((T, since), point) = (self.near(offset), double(point));
+        single(T.rotation * (point + (self.turn.cross(&point) + self.shift) * since) + T.translation.vector)
+    }
+
+    fn direction(&self, direction: &Vec3, offset: f32) -> Vec3 {
+        if *direction == Vec3::ZERO {
+            return Vec3::ZERO;
+        }
+        let ((T, since), direction) = (self.near(offset), double(direction));
+        single(T.rotation * (direction + self.turn.cross(&direction) * since))
+    }
+}
+
+fn double(v: &Vec3) -> Vector3<f64> {
+    Vector3::from(v.as_dvec3().to_array())
+}
+
+fn single(v: Vector3<f64>) -> Vec3 {
+    Vec3::new(v.x as f32, v.y as f32, v.z as f32)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::PointTimes;
 
     #[test]
     fn between_the_knots_the_motion_is_that_at_the_point() {

@@ -60,7 +60,8 @@ impl AzimuthGuess {
         registered: &RegisteredCloud<'_>,
         options: &CloudOptions,
     ) -> Guess {
-        let (cloud, T_world_cloud) = (registered.cloud.registered_points(), registered.T_world_cloud);
+        let (cloud, T_world_cloud) =
+            (registered.cloud.cloud().selected(&registered.cloud.registered()), registered.T_world_cloud);
         let Some(last) = self.last.replace(Last { cloud: cloud.clone(), T_world_cloud, time, frame }) else {
             return Guess::Open;
         };

@@ -13,6 +13,7 @@ pub mod prepared;
 mod skew_test;
 pub mod sweeps;
 mod turns;
+mod velocity;
 
 use nalgebra::Matrix6;
 

@@ -126,12 +126,10 @@ impl PreparedCloud {
         &self.cloud
     }
 
-    /// The registered points of that cloud alone.
-    pub(super) fn registered_points(&self) -> PointCloud {
-        let is_registered = |normal: &glam::Vec3| *normal != glam::Vec3::ZERO;
+    /// The indices of the registered points in that cloud, in the order of the [`source`](Self::source).
+    pub(super) fn registered(&self) -> Vec<usize> {
         let normals = self.cloud.normals.iter().flatten().enumerate();
-        let chosen: Vec<usize> = normals.filter(|(_, normal)| is_registered(normal)).map(|(point, _)| point).collect();
-        self.cloud.selected(&chosen)
+        normals.filter(|(_, normal)| **normal != glam::Vec3::ZERO).map(|(point, _)| point).collect()
     }
 
     /// The same cloud, where nothing else is needed any more.

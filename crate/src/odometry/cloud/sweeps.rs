@@ -17,15 +17,11 @@ use crate::error::Result;
 use crate::geometry::quantile::quantile;
 use crate::geometry::{PointCloud, Pose3, RigidMotion};
 use crate::odometry::assessment::Status;
-use crate::preprocess::deskew::deskew;
+use crate::preprocess::deskew::{SweepMotion, deskew};
 
-/// A sweep is straightened at most so often, and is doubtful where that is not enough. Once the velocity is nearly known, its error falls at
-/// each time by the ratio of the bend that is left to the way between two sweeps, which is a small one; from rest at 2 rad/s up to nine
-/// were needed in four worlds.
+/// A sweep is straightened at most so often, and is doubtful where that is not enough. Nine were needed in four worlds, from rest at 2 rad/s, where
+/// each took the velocity that the last one had found; Newton's steps were not counted there.
 const MAX_PASSES: usize = 12;
-/// Straightening once more must move the sweep's ends by this (voxels): a fifth of the last step of a registration that has converged,
-/// so that what is left is lost in that.
-const MIN_BEND: f64 = 0.2 * super::MOVING_STEP;
 const STILL_CHANGING: &str = "the velocity by which it is straightened was still changing with each registration";
 
 /// A sweep's estimate, and the motion that straightens its points.
@@ -95,17 +91,29 @@ impl Sweep {
     /// As it would be seen at once from where the sensor was in the middle. Normals are estimated anew where the velocity differs much
     /// from that of the last time, and turned otherwise.
     pub(super) fn straight(&mut self, velocity: &Vector6<f64>, options: &CloudOptions) -> PreparedCloud {
-        let Some(times) = self.cloud.times.clone() else { return PreparedCloud::from_cloud(self.cloud.clone()) };
-        let is_near = self.bend(&(velocity - self.velocity_of_normals)) < super::MOVING_STEP * options.voxel_size;
+        let Some(times) = &self.cloud.times else { return PreparedCloud::from_cloud(self.cloud.clone()) };
         let straight = deskew(self.cloud.clone(), velocity, self.middle);
-        if self.cloud.normals.is_some() && is_near {
+        if self.cloud.normals.is_some() && self.is_near(&(velocity - self.velocity_of_normals), options) {
             return PreparedCloud::from_cloud(straight);
         }
         let prepared = PreparedCloud::with_normals(straight, options);
-        let back = PointCloud { times: Some(times), ..prepared.cloud().clone() };
-        self.cloud.normals = deskew(back, &-velocity, self.middle).normals;
+        let back = SweepMotion::new(times, &-velocity, self.middle);
+        self.cloud.normals = prepared.cloud().normals.as_ref().map(|normals| back.turned(normals, times));
         self.velocity_of_normals = *velocity;
         prepared
+    }
+
+    /// Whether this change of the velocity moves its ends as little as the last step of a registration that has converged.
+    fn is_near(&self, change: &Vector6<f64>, options: &CloudOptions) -> bool {
+        self.bend(change) < super::MOVING_STEP * options.voxel_size
+    }
+
+    /// Times of points after the middle (s).
+    fn times_of(&self, points: &[usize]) -> Vec<f64> {
+        let times = self.cloud.times.iter();
+        let after = times
+            .flat_map(|times| points.iter().map(|&point| times.origin + f64::from(times.offsets[point]) - self.middle));
+        after.collect()
     }
 
     /// How far this velocity moves a point at the median range from the beginning of the sweep to its end (m).
@@ -304,36 +312,36 @@ impl SweepOdometry {
         sweep: &mut Sweep,
         mut velocity: Vector6<f64>,
     ) -> std::result::Result<FoundSweep, Box<CloudEstimate>> {
-        let interval = self.interval(sweep);
-        let mut frame = sweep.straight(&velocity, &self.options);
-        let mut found = self.clouds.find(&frame, None)?;
-        let mut num_passes = 1;
-        let mut before = velocity;
-        while !self.is_refuted() {
-            let motion = self.clouds.T_world_last.inverse() * found.T_world_sensor;
-            let next = motion.log() / interval;
-            let is_settled = |change| sweep.bend(&change) < MIN_BEND * self.options.voxel_size;
-            if is_settled(next - velocity) {
-                break;
-            }
-            let is_to_and_fro = num_passes > 1 && is_settled(next - before);
-            if num_passes == MAX_PASSES {
-                found.candidate.assessment.doubt(STILL_CHANGING);
-                break;
-            }
+        let (interval, mut motion, mut num_passes) = (self.interval(sweep), None, 0);
+        loop {
             num_passes += 1;
-            // Of two velocities that lead to each other, the one in the middle (Mann, "Mean value methods in iteration", 1953).
-            let following = if is_to_and_fro { 0.5 * (velocity + next) } else { next };
-            before = std::mem::replace(&mut velocity, following);
+            let frame = sweep.straight(&velocity, &self.options);
+            let mut found = self.clouds.find(&frame, motion.as_ref())?;
+            if self.is_refuted() || sweep.span <= 0.0 {
+                return Ok((velocity, frame, found));
+            }
+            let mut times = sweep.times_of(&frame.registered());
+            if self.first.is_some() {
+                // It is straightened along: what both see at the same time of a sweep moves alike.
+                times.fill(0.0);
+            }
+            let change = self.clouds.agree(&frame, &mut found, &times, (&velocity, interval));
+            velocity += change;
             self.straighten_first(&velocity);
-            self.clouds.last_motion = motion;
-            frame = sweep.straight(&velocity, &self.options);
-            found = self.clouds.find(&frame, Some(&motion))?;
+            let is_settled = sweep.is_near(&change, &self.options);
+            if is_settled || num_passes == MAX_PASSES {
+                if !is_settled {
+                    found.candidate.assessment.doubt(STILL_CHANGING);
+                }
+                return Ok((velocity, sweep.straight(&velocity, &self.options), found));
+            }
+            self.clouds.last_motion = self.clouds.T_world_last.inverse() * found.T_world_sensor;
+            motion = Some(self.clouds.last_motion);
         }
-        Ok((velocity, frame, found))
     }
 
-    /// Compares this sweep and the last one as they are and straightened, where that makes a difference and is not decided.
+    /// Compares this sweep and the last one as they are and straightened, where that makes a difference and is not decided. Normals are estimated
+    /// anew for both: turned ones fit the straightened sweeps for which they were estimated, whichever is right.
     fn test_skew(&mut self, sweep: &mut Sweep, velocity: &Vector6<f64>, frame: &PreparedCloud, found: &Found) {
         if self.skew_test.verdict.is_some() || sweep.bend(velocity) < self.options.voxel_size {
             self.last_as_it_is = None;
