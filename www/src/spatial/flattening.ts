@@ -125,7 +125,10 @@ function pictureOf({ width, height, greys }: FloorGridFiles): TemplateResult {
   const canvas = document.createElement('canvas');
   [canvas.width, canvas.height] = [width, height];
   const pixels = new ImageData(width, height);
-  greys.forEach((grey, index) => pixels.data.set([grey, grey, grey, 255], 4 * index));
+  const packed = new Uint32Array(pixels.data.buffer);
+  greys.forEach((grey, index) => {
+    packed[index] = (255 << 24) | (grey << 16) | (grey << 8) | grey;
+  });
   canvas.getContext('2d')?.putImageData(pixels, 0, 0);
   const count = (grey: number): number => greys.reduce((sum, value) => sum + Number(value === grey), 0);
   const words = `The grid from above: ${count(0)} cells occupied, ${count(254)} free`;
