@@ -83,7 +83,10 @@ const THRESHOLDS = [
   },
   {
     means: 'windows in which a loop needs support',
-    constants: [{ file: `${LOOPS}/acceptance.rs`, name: 'MAX_WINDOW_ALONE' }],
+    constants: [
+      { file: `${LOOPS}/acceptance.rs`, name: 'MAX_WINDOW_ALONE' },
+      { file: `${LOOPS}/acceptance.rs`, name: 'MAX_WINDOW_IN_PAIRS' },
+    ],
   },
   {
     means: 'cycles by which loops support each other',

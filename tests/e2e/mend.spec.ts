@@ -300,8 +300,8 @@ test('the map is anchored to known coordinates, refused where they contradict ea
   /** Of the last run that was done. */
   const first = (): Promise<{ x: number; y: number; theta: number }> =>
     page.evaluate(() => {
-      const { result } = window.stitched.at(-1) as { result: { frames: { T_world_sensor: never }[] } };
-      return result.frames[0]?.T_world_sensor as never;
+      const last = window.stitched.at(-1) as unknown as { result: { frames: { T_world_sensor: never }[] } };
+      return last.result.frames[0]?.T_world_sensor as never;
     });
   const before = await first();
   await panel.getByRole('button', { name: 'Grid and frame' }).click();

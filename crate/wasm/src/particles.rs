@@ -50,7 +50,7 @@ impl ParticleFilter {
 
     /// The scan that was weighed last; -1 before the first.
     pub fn last(&self) -> i32 {
-        self.run.last().map_or(-1, |last| last as i32)
+        self.run.last().and_then(|last| i32::try_from(last).ok()).unwrap_or(-1)
     }
 
     /// x, y (m), theta (rad) and weight of each particle: of the robot where the recording says how it carries the laser. The weights sum up

@@ -54,6 +54,8 @@ pub enum Finding {
     },
     /// Registration and odometry together leave its heading (rad) and position (m) open by these standard deviations.
     LeftOpen(f64, f64),
+    /// Chain and odometry contradict each other over so many steps, by this distance (m) and turn (rad).
+    ChainContradictsOdometry(usize, f64, f64),
     /// Its step is longer (m) than the longest that is sure (m).
     LongStep(f64, f64),
     /// Result and odometry contradict each other between two frames.
@@ -132,6 +134,11 @@ impl Finding {
             Self::LeftOpen(heading, position) => format!(
                 "its pose is uncertain by {position:.2} m and {:.1} degrees (one standard deviation), even with the measured motion",
                 heading.to_degrees()
+            ),
+            Self::ChainContradictsOdometry(num_steps, distance, turn) => format!(
+                "over {num_steps} steps the scans and the measured motion differ by {distance:.2} m and {:.1} degrees, and nothing \
+                 shows which is right",
+                turn.to_degrees()
             ),
             Self::LongStep(length, longest) => format!(
                 "it lies {length:.1} m from the scan before, and the longest step that is sure is {longest:.1} m: the place may only \

@@ -22,13 +22,15 @@ const CALIBRATING_SHARE: f64 = 0.5;
 const CALIBRATING_LENGTH: f64 = 0.1;
 /// Registered steps are themselves too long or too short by up to this share: 0.1 to 0.4 % in the median of four logs.
 const REGISTERED_SCALE: f64 = 0.005;
+/// Chain and odometry are compared over up to so many steps: each may be likely, and all of them short together.
+const MAX_STEPS: usize = 5;
 /// Lengths of the stretches of the result that are compared (m). Wheels that slip for a moment contradict a shorter one, and are
 /// right again over these.
 const STRETCH_LENGTHS: [f64; 3] = [5.0, 10.0, 20.0];
 /// What a registration leaves open of a direction that nothing constrains (rad, m). With 0.6 rad, ACES is in 5 pieces (3); with 1.5 m,
 /// 145 of 7,347 pairs of the corridor are falsely good in eight draws of `wheels_stop` (100 of 7,322).
 pub const UNREGISTERED: (f64, f64) = (1.0, 1.0);
-/// Result and odometry contradict each other beyond this squared Mahalanobis distance. Of the six logs at hand no stretch of
+/// Chain or result and odometry contradict each other beyond this squared Mahalanobis distance. Of the six logs at hand no stretch of
 /// the result does (17.3 at most); where the ground ahead seems to move on with the robot, 30 and more.
 const CONTRADICTS: f64 = mahalanobis::ONE_IN_TEN_THOUSAND;
 /// Share of the registrations from scans alone that may be wrong though nothing speaks against them: with more wrong steps of the
@@ -95,8 +97,8 @@ impl OdometryModel {
     }
 
     /// Takes what a chain of registrations tells of the odometry: its wrong steps, the size of its metre and its noise. Steps of the
-    /// chain that are longer than any sure one, where the odometry tells nothing, become implausible. Returns the odometry for the
-    /// graph, in which steps unlike both their neighbours are known less well.
+    /// chain that contradict it, or are longer than any sure one where it tells nothing, become doubtful. Returns the odometry for
+    /// the graph, in which unusual and contradicted steps are known less well.
     #[must_use]
     pub fn compare_with_chain(&mut self, estimates: &mut [FrameEstimate]) -> Self {
         self.calibrate(estimates);
@@ -109,6 +111,7 @@ impl OdometryModel {
             let T_before_sensor = estimates[frame - 1].T_world_sensor.inverse() * estimate.T_world_sensor;
             self.steps[frame] = Some(MeasuredMotion { T_before_sensor, ..expected });
         }
+        of_graph.doubt_contradicted_steps(estimates);
         self.doubt_long_steps(estimates);
         of_graph
     }
@@ -159,6 +162,49 @@ impl OdometryModel {
             estimates[frame - 1].T_world_sensor.inverse() * estimate.registration.as_ref()?.T_target_source;
         (position(&covariance) < CALIBRATING_SHARE * position(&measured.covariance))
             .then_some((measured, (registered, covariance)))
+    }
+
+    /// Marks as doubtful the least likely step of every stretch along which chain and odometry contradict each other, and adds their
+    /// difference to its covariance: the ground ahead of a robot may seem to move with it, or wheels may slip, and nothing shows
+    /// which.
+    fn doubt_contradicted_steps(&mut self, estimates: &mut [FrameEstimate]) {
+        let found: Vec<(usize, Stretch)> =
+            (1..self.steps.len()).filter_map(|last| self.contradicted_step(last, estimates)).collect();
+        for (frame, stretch) in found {
+            let apart = stretch.measured * stretch.registered.inverse();
+            let (off, num_steps) = (apart.log(), stretch.last - stretch.first);
+            let finding =
+                Finding::ChainContradictsOdometry(num_steps, apart.translation_norm(), apart.rotation_angle());
+            estimates[frame].link = Link::Doubted;
+            estimates[frame].findings.push(finding);
+            if let Some(step) = &mut self.steps[frame] {
+                step.covariance += off * off.transpose();
+            }
+        }
+    }
+
+    /// The shortest stretch up to this frame along which chain and odometry contradict each other, and its least likely step.
+    fn contradicted_step(&self, last: usize, estimates: &[FrameEstimate]) -> Option<(usize, Stretch)> {
+        let registered =
+            |first: usize, last: usize| estimates[first].T_world_sensor.inverse() * estimates[last].T_world_sensor;
+        let (mut measured, mut covariance) = (Pose2::identity(), Matrix3::zeros());
+        for frame in (1..=last).rev().take(MAX_STEPS) {
+            let step = self.steps[frame].as_ref().filter(|_| estimates[frame].link == Link::Registered)?;
+            let of_step = step.covariance + chain_covariance(frame, estimates);
+            covariance = chained((&step.T_before_sensor, &of_step), &covariance);
+            measured = step.T_before_sensor * measured;
+            let stretch = Stretch::new(frame - 1, last, measured, registered(frame - 1, last), &covariance);
+            if frame < last && stretch.sq_distance > CONTRADICTS {
+                let of_step = |frame: usize| {
+                    let step = self.steps[frame].unwrap_or(*step);
+                    let registered = registered(frame - 1, frame);
+                    Stretch::new(frame - 1, frame, step.T_before_sensor, registered, &step.covariance).sq_distance
+                };
+                let least = (frame..=last).max_by(|&a, &b| of_step(a).total_cmp(&of_step(b)))?;
+                return Some((least, stretch));
+            }
+        }
+        None
     }
 
     /// Doubts all frames along stretches whose motion by `poses` (`T_world_sensor`) contradicts the odometry: several steps in a row

@@ -5,13 +5,15 @@ use nalgebra::Matrix3;
 use super::consistency::{Candidate, Relation, compare, consistent_set};
 use super::{Loop, LoopClosure, Origin};
 use crate::geometry::mahalanobis;
-use crate::graph::joint_scan_registration::MAX_NEIGHBOR_DISTANCE;
 use crate::graph::pose_graph::{BetweenFactor, optimize_poses};
 use crate::registration::correlative::SearchWindow;
 
 /// Widest search window (m, rad) in which a match needs no other to support it: what else would fit is no further off. With 0.6 m and
 /// 0.25 rad the third campus has 4 stretches falsely good.
 pub(super) const MAX_WINDOW_ALONE: SearchWindow = SearchWindow { translation: 1.0, rotation: 0.3 };
+/// Widest search window (m, rad) in which one supporting match is enough; beyond, two are needed. With one
+/// everywhere, 118 of 606 places of the third campus are wrong (26); with two everywhere, the corridor has 1896 good frames (1928).
+const MAX_WINDOW_IN_PAIRS: SearchWindow = SearchWindow { translation: 4.0, rotation: 0.8 };
 
 impl LoopClosure {
     /// Takes the matches that agree into the graph, solves it, and takes back what does not fit. Whether anything changed.
@@ -78,13 +80,12 @@ impl LoopClosure {
     }
 }
 
-/// How many other matches have to support one that was found in a window: one where the window reaches no further than a submap does,
-/// two beyond. With one everywhere, 118 of 606 places of the third campus are wrong (26); with two everywhere, the corridor has 1896 good
-/// frames (1928).
+/// How many other matches have to support one that was found in a window.
 fn support_needed(window: SearchWindow) -> usize {
-    if window.translation <= MAX_WINDOW_ALONE.translation && window.rotation <= MAX_WINDOW_ALONE.rotation {
+    let is_within = |limit: SearchWindow| window.translation <= limit.translation && window.rotation <= limit.rotation;
+    if is_within(MAX_WINDOW_ALONE) {
         0
-    } else if window.translation <= MAX_NEIGHBOR_DISTANCE {
+    } else if is_within(MAX_WINDOW_IN_PAIRS) {
         1
     } else {
         2

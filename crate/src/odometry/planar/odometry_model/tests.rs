@@ -46,6 +46,26 @@ fn along(lengths: &[f64]) -> Vec<Pose2> {
 }
 
 #[test]
+fn steps_that_are_likely_one_by_one_and_short_together_are_doubted() {
+    let mut lengths = vec![1.0; 20];
+    lengths[8..13].copy_from_slice(&[0.885, 0.885, 0.875, 0.885, 0.885]);
+    let (mut model, mut estimates) = (measured(&along(&[1.0; 20])), chain(&along(&lengths)));
+    model.doubt_contradicted_steps(&mut estimates);
+    let doubted: Vec<usize> = (0..20).filter(|&frame| estimates[frame].link == Link::Doubted).collect();
+    assert_eq!(doubted, [10], "the step that is off most");
+    assert_eq!(estimates[10].assessment().status, Status::Doubtful);
+    let reason = estimates[10].assessment().reason;
+    assert!(reason.contains("over 5 steps"), "{reason}");
+    let sigma = |frame: usize| model.steps[frame].as_ref().unwrap().covariance[(1, 1)].sqrt();
+    assert!(sigma(10) > 0.4 && sigma(9) < 0.1, "{} {}", sigma(10), sigma(9));
+
+    let lengths: Vec<f64> = (0..40).map(|step| if step % 2 == 0 { 1.08 } else { 0.92 }).collect();
+    let (mut model, mut estimates) = (measured(&along(&[1.0; 40])), chain(&along(&lengths)));
+    model.doubt_contradicted_steps(&mut estimates);
+    assert!(estimates.iter().all(|estimate| estimate.link == Link::Registered), "within the noise");
+}
+
+#[test]
 fn a_step_that_comes_late_is_expected_to_be_as_its_neighbours() {
     let model = measured(&along(&[1.0, 1.0, 1.0, 0.1, 1.9, 1.0, 1.02, 1.0]));
     let expected: Vec<Option<f64>> =
