@@ -56,7 +56,7 @@ const FIELDS: Record<NumberOption, NumberField> = {
     min: 0,
     max: 1,
     step: 'any',
-    hint: 'Share of the particles that are put anywhere at each drawing: finds a robot that was carried away',
+    hint: 'Share of the particles that are put anywhere at each drawing: recovers a kidnapped robot',
   },
 };
 

@@ -33,7 +33,7 @@ pub struct ParticleOptions {
     pub motion_noise: f64,
     /// Particles are drawn anew where the effective number is below this share of them: 1 after every scan, 0 never.
     pub resample_below: f64,
-    /// Share of the particles that are put anywhere in the free cells when they are drawn, 0..=1: finds a robot that was carried away.
+    /// Share of the particles that are put anywhere in the free cells when they are drawn, 0..=1: recovers a kidnapped robot.
     pub random_share: f64,
 }
 
