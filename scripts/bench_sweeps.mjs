@@ -1,15 +1,17 @@
 // @ts-check
 /**
- * Processor time of the engine a sweep, in Node: `node scripts/bench_sweeps.mjs DIR/timing [--first 20] [--times] [--engine DIR]`, of sweeps that
- * `cargo measure lidar_sweeps --time --sweeps 60 --write DIR` writes (x y z t as 64-bit floats), as PCD files in memory. A line for the first
- * sweeps, during which the engine is compiled in other threads, and one for all others: reading a file, preparing it (less that), and
- * registering it. `--times` gives the points' times, too. kiss-icp on the same sweeps: `python scripts/bench_kiss_icp.py DIR --time timing`.
+ * Processor time of the engine a sweep, in Node or, with `--chromium`, in a page: `node scripts/bench_sweeps.mjs DIR/timing [--first 20]
+ * [--times] [--engine DIR] [--chromium]`, of sweeps that `cargo measure lidar_sweeps --time --sweeps 60 --write DIR` writes (x y z t as
+ * 64-bit floats), as PCD files in memory. `--times` gives the points' times, too. kiss-icp on the same sweeps:
+ * `python scripts/bench_kiss_icp.py DIR --time timing`.
  */
 import { readdirSync, readFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { parseArgs } from 'node:util';
-import { ROOT } from './steps.mjs';
+import { chromium } from '@playwright/test';
+import { findChromium, ROOT } from './steps.mjs';
+import { timeSweeps } from './sweep_timings.mjs';
 
 const { values, positionals } = parseArgs({
   allowPositionals: true,
@@ -17,18 +19,20 @@ const { values, positionals } = parseArgs({
     first: { type: 'string', default: '20' },
     times: { type: 'boolean', default: false },
     engine: { type: 'string', default: join(ROOT, 'pkg') },
+    chromium: { type: 'boolean', default: false },
   },
 });
-const [folder = '', numFirst] = [positionals[0], Number(values.first)];
+const folder = positionals[0] ?? '';
 const engine = resolve(values.engine);
-const { initSync, PointCloud, prepare_cloud, SpatialReconstruction } = await import(
-  pathToFileURL(join(engine, 'scanstitch.js')).href
-);
-initSync({ module: readFileSync(join(engine, 'scanstitch_bg.wasm')) });
+const names = readdirSync(folder)
+  .filter((name) => name.endsWith('.bin'))
+  .sort();
+/** @type {[number, number]} */
+const counts = [Number(values.first), names.length];
 
-/** A sweep as a PCD file. @param {string} file */
-function pcd(file) {
-  const bytes = readFileSync(join(folder, file));
+/** A sweep as a PCD file. @param {number} number */
+function pcd(number) {
+  const bytes = readFileSync(join(folder, names[number] ?? ''));
   const numbers = new Float64Array(bytes.buffer, bytes.byteOffset, bytes.length / 8);
   const [count, width] = [numbers.length / 4, values.times ? 4 : 3];
   const kept = Float32Array.from(numbers.filter((_, index) => index % 4 < width));
@@ -37,40 +41,59 @@ function pcd(file) {
   return new Uint8Array(Buffer.concat([Buffer.from(header), Buffer.from(kept.buffer)]));
 }
 
-const spent = [0, 0, 0];
-/** @template T @param {number} stage @param {() => T} work */
-function timed(stage, work) {
-  const before = process.cpuUsage();
-  const result = work();
-  const { user, system } = process.cpuUsage(before);
-  spent[stage] = (spent[stage] ?? 0) + (user + system) / 1000;
-  return result;
+async function inNode() {
+  const module = await import(pathToFileURL(join(engine, 'scanstitch.js')).href);
+  module.initSync({ module: readFileSync(join(engine, 'scanstitch_bg.wasm')) });
+  const processorTime = async () => {
+    const { user, system } = process.cpuUsage();
+    return (user + system) / 1000;
+  };
+  return timeSweeps(module, async (number) => pcd(number), counts, processorTime);
 }
 
-const reconstruction = new SpatialReconstruction({});
-let config = '';
-/** @param {string} name @param {number} number @param {Uint8Array} file */
-function register(name, number, file) {
-  timed(0, () => PointCloud.read(file, name).free());
-  const prepared = timed(1, () => prepare_cloud(config, name, number, number / 10, file));
-  timed(2, () => {
-    reconstruction.add_prepared(prepared);
-    while (reconstruction.step().stage !== 'done');
-  });
+/** Of the page's process, with the threads that compile the engine. */
+async function inChromium() {
+  const ORIGIN = 'http://bench.invalid'; // answered here, never looked up
+  const browser = await chromium.launch({ executablePath: findChromium() ?? 'chromium', args: ['--no-sandbox'] });
+  try {
+    const page = await browser.newPage();
+    const session = await page.context().newCDPSession(page);
+    await session.send('Performance.enable');
+    await page.exposeFunction('processorTime', async () => {
+      const { metrics } = await session.send('Performance.getMetrics');
+      return 1000 * (metrics.find(({ name }) => name === 'ProcessTime')?.value ?? NaN);
+    });
+    const files = new Map([
+      ['/scanstitch.js', join(engine, 'scanstitch.js')],
+      ['/scanstitch_bg.wasm', join(engine, 'scanstitch_bg.wasm')],
+      ['/sweep_timings.mjs', join(import.meta.dirname, 'sweep_timings.mjs')],
+    ]);
+    await page.route(`${ORIGIN}/**`, (route) => {
+      const { pathname } = new URL(route.request().url());
+      const [, number] = /^\/sweep\/(\d+)$/.exec(pathname) ?? [];
+      const file = files.get(pathname);
+      const contentType = pathname.endsWith('.wasm') ? 'application/wasm' : 'text/javascript';
+      if (file) return route.fulfill({ contentType, body: readFileSync(file) });
+      if (number)
+        return route.fulfill({ contentType: 'application/octet-stream', body: Buffer.from(pcd(Number(number))) });
+      return route.fulfill({ contentType: 'text/html', body: '<!doctype html>' });
+    });
+    await page.goto(`${ORIGIN}/`);
+    return await page.evaluate(async (counts) => {
+      const [engine, { timeSweeps }] = await Promise.all(
+        ['/scanstitch.js', '/sweep_timings.mjs'].map((address) => import(address)),
+      );
+      await engine.default();
+      const fileOf = async (/** @type {number} */ number) => {
+        const response = await fetch(`/sweep/${number}`);
+        return new Uint8Array(await response.arrayBuffer());
+      };
+      const { processorTime } = /** @type {any} */ (window);
+      return /** @type {Promise<string[]>} */ (timeSweeps(engine, fileOf, counts, processorTime));
+    }, counts);
+  } finally {
+    await browser.close();
+  }
 }
 
-const names = readdirSync(folder).filter((name) => name.endsWith('.bin'));
-names.sort().forEach((name, number) => {
-  const file = pcd(name);
-  if (number === 0) config = reconstruction.begin('0.pcd', file);
-  register(`${number}.pcd`, number, file);
-  if (number + 1 !== numFirst && number + 1 !== names.length) return;
-  const count = number + 1 === numFirst ? numFirst : names.length - numFirst;
-  const [reading = 0, preparing = 0, registering = 0] = spent.map((milliseconds) => milliseconds / count);
-  console.log(
-    `${count} sweeps: ${(preparing - reading + registering).toFixed(1)} ms a sweep and ${reading.toFixed(1)} for reading (preparing ${(preparing - reading).toFixed(1)}, registering ${registering.toFixed(1)})`,
-  );
-  spent.fill(0);
-});
-const { frames } = reconstruction.result();
-console.log(`${frames.filter((/** @type {any} */ { status }) => status === 'good').length} good`);
+console.log((await (values.chromium ? inChromium() : inNode())).join('\n'));
