@@ -51,6 +51,7 @@ export function headline(
 ) {
   const { frames, comparison, suggestion, camera, depth_scale, cloud_unit, quantisation, assumptions } = result;
   const lines = [timeLine(frames.length, timing, numRecorded), statusWords(result, optionsFor(result))];
+  lines.push(...boundLine(frames));
   if (camera) {
     const [fx, fy, cx, cy] = [camera.fx, camera.fy, camera.cx, camera.cy].map((value) => Number(value.toFixed(2)));
     lines.push(
@@ -82,6 +83,18 @@ export function headline(
     if (suggestion) lines.push(`  ${suggestion.text}${optionFor(suggestion)}`);
   }
   return lines.map((line) => `${line}\n`).join('');
+}
+
+/** How far the good frames may be off against the first one, where that is known: the least certain of them. */
+function boundLine(frames: SpatialResult['frames']) {
+  const BOUND_95 = 1.96; // standard deviations that 95 % of a normal distribution lie within
+  const known = frames.flatMap(({ std, status }) => (std && status === 'good' ? [std] : []));
+  if (known.length < 2) return [];
+  const metres = BOUND_95 * Math.max(...known.flatMap(({ x, y, z }) => [x, y, z]));
+  const degrees = ((BOUND_95 * 180) / Math.PI) * Math.max(...known.map(({ rotation }) => rotation));
+  return [
+    `Good frames: known to ${metres.toFixed(3)} m and ${degrees.toFixed(2)} degrees against the first one (95 %, the least certain)`,
+  ];
 }
 
 /**

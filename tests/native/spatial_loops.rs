@@ -68,6 +68,7 @@ fn closed(poses: &[Pose3], images: &[PreparedSurfels], motion: Motion) -> (Vec<P
             T_world_sensor: poses[index],
             registration: None,
             overlap: 1.0,
+            covariance: None,
             is_in_map: true,
             assessment: Assessment::first(),
         };

@@ -64,13 +64,14 @@ pub fn main() {
             reconstruction.result().notes.iter().for_each(|note| println!("  {note}"));
         }
         println!(
-            "flat {seed}: {good} good, {} doubtful, {} lost, {} wrongly good; mean {:.0} mm, good ones {:.0} mm; right but not good {}; {:.0} ms a frame",
+            "flat {seed}: {good} good, {} doubtful, {} lost, {} wrongly good; mean {:.0} mm, good ones {:.0} mm; right but not good {}; in their 95 % region, beyond twice, of: {:?}; {:.0} ms a frame",
             score.doubtful,
             score.lost,
             score.wrong,
             1000.0 * score.mean,
             1000.0 * score.believed_mean,
             score.flagged,
+            score.bounded,
             score.milliseconds
         );
     }

@@ -106,6 +106,12 @@ impl SurfelMap {
         }
     }
 
+    /// The frame that measured a surfel of a view first, by the surfel's number there.
+    pub(crate) fn frame_of(&self, number: u64) -> Option<u32> {
+        let (block, index) = parts(number);
+        self.blocks.get(block)?.surfels.get(index).map(|packed| packed.tag)
+    }
+
     /// Moves every surfel by the `motion` (of the world) of the frame that measured it first.
     pub fn apply_corrections(&mut self, motion: impl Fn(u32) -> Pose3) {
         let unmoved = std::mem::take(self);

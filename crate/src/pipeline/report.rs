@@ -1,6 +1,6 @@
 //! The result of a reconstruction as plain data, the same for the page, the command line and `report.json`.
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry3, Matrix6, Quaternion, Translation3, UnitQuaternion, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::evaluation::sharpness::Sharpness;
@@ -73,10 +73,24 @@ impl From<SpatialPose> for Pose3 {
     }
 }
 
-/// The result of one frame, in the plane or in space: `P` is its pose, `C` the report of the cleaning.
+/// Standard deviations of a pose in space.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct SpatialDeviation {
+    /// Of the position along the world's axis x (m).
+    pub x: f64,
+    /// Along y (m).
+    pub y: f64,
+    /// Along z (m).
+    pub z: f64,
+    /// Root mean square of the angle by which the rotation may be off (rad).
+    pub rotation: f64,
+}
+
+/// The result of one frame, in the plane or in space: `P` is its pose, `C` the report of the cleaning, `S` the standard deviations.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
-pub struct FrameResult<P, C> {
+pub struct FrameResult<P, C, S = PlanarPose> {
     /// Name of the file.
     pub name: String,
     /// Index in the recording, from 0.
@@ -85,9 +99,9 @@ pub struct FrameResult<P, C> {
     pub time: Option<f64>,
     /// Pose of the sensor, or of the robot where a log says where on it the laser sits; the world is the frame of the first one.
     pub T_world_sensor: P,
-    /// In the plane: standard deviations of the sensor's position and heading (m, m, rad) by its registration to the scans before;
-    /// null where there is none.
-    pub std: Option<PlanarPose>,
+    /// Standard deviations: of a scan, by its registration to the scans before; of a depth image, against the first one. Null where
+    /// there are none.
+    pub std: Option<S>,
     /// Assessment of the pose.
     pub status: Status,
     /// Reason for a status other than good; empty otherwise.
@@ -120,7 +134,7 @@ pub struct FrameResult<P, C> {
     pub history: Vec<IterationRecord>,
 }
 
-impl<P, C> FrameResult<P, C> {
+impl<P, C, S> FrameResult<P, C, S> {
     fn new<M: RigidMotion>(
         label: FrameLabel,
         T_world_sensor: P,
@@ -176,11 +190,26 @@ impl FrameResult<PlanarPose, CleaningReport> {
     }
 }
 
-impl FrameResult<SpatialPose, ()> {
+impl FrameResult<SpatialPose, (), SpatialDeviation> {
     /// The result of a depth image or a cloud, with its current pose.
     pub(crate) fn of_frame(label: FrameLabel, estimate: &SpatialEstimate, assessment: &Assessment) -> Self {
-        let SpatialEstimate { T_world_sensor, registration, overlap, .. } = estimate;
-        Self::new(label, (*T_world_sensor).into(), assessment, *overlap, registration.as_ref(), ())
+        let SpatialEstimate { T_world_sensor, registration, overlap, covariance, .. } = estimate;
+        let covariance = covariance.filter(|_| assessment.status != Status::Lost);
+        Self {
+            std: covariance.map(|covariance| SpatialDeviation::of(&covariance, T_world_sensor)),
+            ..Self::new(label, (*T_world_sensor).into(), assessment, *overlap, registration.as_ref(), ())
+        }
+    }
+}
+
+impl SpatialDeviation {
+    /// From the covariance of a small motion of the world (rotation first) that is the error of a pose.
+    pub fn of(covariance: &Matrix6<f64>, T_world_sensor: &Pose3) -> Self {
+        // The same motion about the sensor, along the axes of the world.
+        let adjoint = Pose3::from(T_world_sensor.translation).inverse().adjoint();
+        let covariance = adjoint * covariance * adjoint.transpose();
+        let [x, y, z] = [3, 4, 5].map(|axis| covariance[(axis, axis)].sqrt());
+        Self { x, y, z, rotation: covariance.fixed_view::<3, 3>(0, 0).trace().sqrt() }
     }
 }
 

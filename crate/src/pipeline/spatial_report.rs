@@ -9,7 +9,7 @@ use crate::evaluation::trajectory_error::TrajectoryError;
 use crate::geometry::Pose3;
 use crate::graph::loops::spatial::LoopReport;
 use crate::pipeline::assumptions::Assumption;
-use crate::pipeline::report::{FrameResult, SpatialPose};
+use crate::pipeline::report::{FrameResult, SpatialDeviation, SpatialPose};
 use crate::pipeline::spatial_settings::{Quantisation, SpatialSettings};
 use crate::pipeline::suggestion::Suggestion;
 
@@ -36,7 +36,7 @@ pub struct SpatialResult {
     /// Whether the first depth image contradicts the depth scale that is set, and no reference bears it out; a note says how.
     pub is_scale_contradicted: bool,
     /// One entry a registered frame.
-    pub frames: Vec<FrameResult<SpatialPose, ()>>,
+    pub frames: Vec<FrameResult<SpatialPose, (), SpatialDeviation>>,
     /// Places that came into view again, and what came of it.
     pub loops: LoopReport,
     /// Points of clouds that are left out of the map, as later sweeps see through the places where they were.

@@ -19,7 +19,7 @@ use scanstitch::geometry::Pose3;
 use scanstitch::map::picture::{Margin, PicturedPoint, PlaneView, Rgb, frame_colors, look_direction};
 use scanstitch::map::voxel::{MapPoint, VoxelMap};
 use scanstitch::odometry::assessment::Status;
-use scanstitch::pipeline::report::{FrameResult, PlanarPose, SpatialPose};
+use scanstitch::pipeline::report::{FrameResult, PlanarPose, SpatialDeviation, SpatialPose};
 
 #[wasm_bindgen]
 extern "C" {
@@ -135,7 +135,7 @@ const LASER_AXES: Axes =
 /// The map in the colours of its points, or of the frames where it has none.
 fn seen_from_above(
     map: &VoxelMap,
-    frames: &[FrameResult<SpatialPose, ()>],
+    frames: &[FrameResult<SpatialPose, (), SpatialDeviation>],
     Axes { up, ahead, look }: &Axes,
     options: &PictureOptions,
 ) -> Picture {

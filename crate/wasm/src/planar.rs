@@ -154,7 +154,7 @@ impl Reconstruction {
     ///
     /// # Errors
     /// No input causes an error.
-    #[wasm_bindgen(unchecked_return_type = "FrameResult<PlanarPose, CleaningReport>[]")]
+    #[wasm_bindgen(unchecked_return_type = "FrameResult<PlanarPose, CleaningReport, PlanarPose>[]")]
     pub fn frames_from(&self, first: usize) -> Result<Vec<Ts<PlanarFrame>>, Thrown> {
         let frames = self.engine.frames_from(first).into_iter();
         Ok(frames.map(|frame| plain(&PlanarFrame { history: Vec::new(), ..frame })).collect())

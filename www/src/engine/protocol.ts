@@ -32,7 +32,7 @@ export type SettingDescription = EngineSettingDescription & { name: keyof Settin
 export type Preset = EnginePreset<Settings>;
 
 /** What is known of a scan. */
-export type FrameResult = EngineFrameResult<PlanarPose, CleaningReport>;
+export type FrameResult = EngineFrameResult<PlanarPose, CleaningReport, PlanarPose>;
 
 /** A file as the page holds it: `name` is its path inside what was dropped. */
 export interface InputFile {

@@ -8,6 +8,7 @@ import type {
   Preset,
   Progress,
   SettingDescription as EngineSettingDescription,
+  SpatialDeviation,
   SpatialPose,
   SpatialSettings as EngineSettings,
   SpatialResult,
@@ -20,7 +21,7 @@ export type SpatialSettings = Required<EngineSettings>;
 export type SpatialPreset = Preset<SpatialSettings>;
 
 /** What is known of a depth image or a cloud. */
-export type SpatialFrameResult = FrameResult<SpatialPose, null>;
+export type SpatialFrameResult = FrameResult<SpatialPose, null, SpatialDeviation>;
 export type SpatialSettingDescription = EngineSettingDescription & {
   name: keyof SpatialSettings;
   unit: 'm' | 'rad' | '';

@@ -23,6 +23,7 @@ import { type DepthPicture, depthLegend } from './depth-picture.js';
 import { formatBytes } from './headline.js';
 import { heading } from './rows.js';
 import { fire } from '../components/fire.js';
+import { BOUND_95, positionBound } from '../views/bounds.js';
 
 /** The images of a frame; null where there is none, or not yet. */
 export interface FrameImages {
@@ -152,6 +153,12 @@ export class ScanstitchFramePanel extends LitElement {
     const invalid = this.images.depth?.invalid ?? 0;
     return facts([
       ['Position', `x ${formatCoordinate(pose.x)}, y ${formatCoordinate(pose.y)}, z ${formatCoordinate(pose.z)} m`],
+      frame.std &&
+        index > 0 && [
+          'Known to',
+          `±${formatLength(positionBound(frame.std))}, ±${formatAngle(BOUND_95 * frame.std.rotation)}`,
+          'So far its position, along the least certain direction, and its rotation may be off against the first frame (95 %), if the numbers of the camera are right',
+        ],
       camera && ['Heading', `${formatAngle(heading(pose), 1)} to the right of the first frame`],
       error !== null && [
         'Error',
@@ -177,6 +184,15 @@ export class ScanstitchFramePanel extends LitElement {
       ${
         comparison
           ? this.renderBars(`Distance to ${baseName(comparison.name)}`, comparison.errors, formatLength)
+          : nothing
+      }
+      ${
+        frames.some(({ std }) => std)
+          ? this.renderBars(
+              'Position known to (95 %)',
+              frames.map(({ std, status }) => (std && status === 'good' ? positionBound(std) : null)),
+              formatLength,
+            )
           : nothing
       }
       ${this.renderBars(

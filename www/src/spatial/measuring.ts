@@ -1,6 +1,7 @@
 /** The distance between two points of the surface, and how sure it is. */
 import { html, type TemplateResult } from 'lit';
 import type { SurfaceMesh } from '../engine/surface-protocol.js';
+import { BOUND_95 } from '../views/bounds.js';
 import { formatFixed } from '../views/format.js';
 import { ray, toScreen } from '../views/orbit.js';
 import { added, cross, dot, normalized, scaled, transformed, type Vec3 } from '../views/vectors.js';
@@ -25,8 +26,6 @@ export interface Shown {
   hasBacks: boolean;
 }
 
-/** 95 % of a normal distribution lie within so many standard deviations. */
-const BOUND_95 = 1.96;
 /** Length of the arms of a point's mark, in sides of a voxel. */
 const ARM = 3;
 

@@ -1,7 +1,7 @@
 //! How far an estimate is from the truth, and how honest it is about it.
 
-use nalgebra::Isometry3;
-use scanstitch::geometry::Pose3;
+use nalgebra::{Isometry3, Matrix3, Matrix6};
+use scanstitch::geometry::{Pose3, RigidMotion};
 use scanstitch::odometry::assessment::{Assessment, Status};
 use scanstitch::odometry::depth::SpatialEstimate;
 use scanstitch::pipeline::prepared_frame::{ColorFile, FrameLabel, PreparedFrame};
@@ -30,6 +30,8 @@ pub struct Score {
     pub flagged: usize,
     pub doubtful: usize,
     pub lost: usize,
+    /// Of the good frames with a covariance, those whose positions lie within its 95 % region, those beyond twice that, and all.
+    pub bounded: [usize; 3],
     /// Error of the distance between the first and the last frame (m).
     pub gap: f64,
     /// Number of closed loops.
@@ -170,7 +172,25 @@ pub fn score(recording: &Recording, settings: &SpatialSettings, each: bool) -> (
             Status::Doubtful => score.doubtful += 1,
             Status::Lost => score.lost += 1,
         }
+        if let (Status::Good, true, Some(covariance)) = (status, index != first, estimates[index].covariance) {
+            let squared = squared_distance(&covariance, &poses[index], &truth[index]);
+            score.bounded[0] += usize::from(squared < CHI_SQUARED_95);
+            score.bounded[1] += usize::from(squared > 4.0 * CHI_SQUARED_95);
+            score.bounded[2] += 1;
+        }
         score.flagged += usize::from(status != Status::Good && belongs(&index) && moved < 0.05 && turned < 3.0);
     }
     (score, reconstruction)
+}
+
+/// What 95 of 100 squared Mahalanobis distances of a position stay below.
+const CHI_SQUARED_95: f64 = 7.815;
+
+/// The squared Mahalanobis distance of a position from the true one.
+fn squared_distance(covariance: &Matrix6<f64>, pose: &Pose3, truth: &Pose3) -> f64 {
+    let adjoint = Pose3::from(pose.translation).inverse().adjoint();
+    let covariance = (adjoint * covariance * adjoint.transpose()).fixed_view::<3, 3>(3, 3).into_owned();
+    let error = truth.translation.vector - pose.translation.vector;
+    // Without the least noise the first frames' covariance has no inverse.
+    (covariance + Matrix3::identity() * 1e-12).cholesky().map_or(f64::INFINITY, |factor| error.dot(&factor.solve(&error)))
 }

@@ -24,14 +24,15 @@ pub fn line(score: &Score) -> String {
         flagged,
         doubtful,
         lost,
+        bounded: [within, beyond, told],
         gap,
         closed,
         milliseconds,
         early_and_late,
     } = score;
     format!(
-        "{frames} frames, mean {:.1} mm ({:.1} mm of the believed), last {:.1} mm, {wrong} wrong, {flagged} flagged, {doubtful} doubtful, {lost} lost, \
-         gap {:.1} mm, {closed} closed, {milliseconds:.1} ms a frame, registering {:.1} ms in frames 20 to 40 and {:.1} ms in 100 to 120",
+        "{frames} frames, mean {:.1} mm ({:.1} mm of the believed), last {:.1} mm, {wrong} wrong, {flagged} flagged, {doubtful} doubtful, {lost} lost, of {told} good positions \
+         {within} in their 95 % region and {beyond} beyond twice that, gap {:.1} mm, {closed} closed, {milliseconds:.1} ms a frame, registering {:.1} ms in frames 20 to 40 and {:.1} ms in 100 to 120",
         1000.0 * mean,
         1000.0 * believed_mean,
         1000.0 * last,

@@ -1,10 +1,13 @@
 //! What the odometry reports of a frame, at once and later.
 
+use nalgebra::Matrix6;
+
 use crate::geometry::Pose3;
 use crate::odometry::assessment::Assessment;
 use crate::registration::spatial::SpatialRegistration;
 
 /// The pose of a frame with its assessment.
+#[derive(Clone)]
 pub struct SpatialEstimate {
     /// Pose of the sensor in the frame of the first one. For a lost frame: the last known pose.
     pub T_world_sensor: Pose3,
@@ -14,6 +17,8 @@ pub struct SpatialEstimate {
     pub overlap: f64,
     /// Good, doubtful or lost, with the reason.
     pub assessment: Assessment,
+    /// Covariance of the pose's error against the first frame's, a small motion of the world (rotation first); `None` outside the map.
+    pub covariance: Option<Matrix6<f64>>,
     /// Whether the frame has been added to the map.
     pub is_in_map: bool,
 }
@@ -29,15 +34,14 @@ pub struct PoseUpdate {
     pub assessment: Assessment,
     /// Whether its chain has been replaced by another one.
     pub is_replaced: bool,
-    /// The new registration and overlap, where the frame has been registered again.
-    pub registration: Option<(SpatialRegistration, f64)>,
+    /// The new estimate, where the frame has been registered again.
+    pub registered: Option<Box<SpatialEstimate>>,
 }
 
 impl PoseUpdate {
     /// Of a frame that was registered again.
     pub(super) fn relocalized(frame: u32, estimate: SpatialEstimate) -> Self {
-        let SpatialEstimate { T_world_sensor, registration, overlap, assessment, .. } = estimate;
-        let registration = registration.map(|registration| (registration, overlap));
-        Self { frame, T_world_sensor, assessment, is_replaced: false, registration }
+        let (T_world_sensor, assessment) = (estimate.T_world_sensor, estimate.assessment.clone());
+        Self { frame, T_world_sensor, assessment, is_replaced: false, registered: Some(Box::new(estimate)) }
     }
 }

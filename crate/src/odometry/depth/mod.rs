@@ -11,6 +11,7 @@
 
 mod chain;
 mod color;
+mod error_propagation;
 mod estimate;
 mod evidence;
 mod frame_matcher;

@@ -179,6 +179,7 @@ impl DepthOdometry {
                 registration: None,
                 overlap: 0.0,
                 assessment: Assessment::lost(reason),
+                covariance: None,
                 is_in_map: false,
             },
         }

@@ -45,7 +45,7 @@ impl PairRegistration {
         let (assessment, overlap) = (hypothesis.assessment(), hypothesis.overlap);
         let T_world_sensor = *hypothesis.T_world_sensor();
         let registration = Some(hypothesis.registration);
-        SpatialEstimate { T_world_sensor, registration, overlap, assessment, is_in_map: false }
+        SpatialEstimate { T_world_sensor, registration, overlap, assessment, covariance: None, is_in_map: false }
     }
 }
 

@@ -117,6 +117,7 @@ mod tests {
             registration: None,
             overlap: 1.0,
             assessment: position.map_or_else(|| Assessment::lost("no overlap".to_owned()), |_| Assessment::first()),
+            covariance: None,
             is_in_map: position.is_some(),
         };
         positions.iter().map(estimate).collect()

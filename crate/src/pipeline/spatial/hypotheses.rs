@@ -347,7 +347,7 @@ fn readings_of(frame: &PreparedFrame) -> Vec<(f64, Vector3<f64>)> {
 fn of_cloud(estimate: CloudEstimate) -> SpatialEstimate {
     let CloudEstimate { T_world_sensor, registration, overlap, assessment, .. } = estimate;
     let is_in_map = assessment.status != Status::Lost;
-    SpatialEstimate { T_world_sensor, registration, overlap, assessment, is_in_map }
+    SpatialEstimate { T_world_sensor, registration, overlap, assessment, covariance: None, is_in_map }
 }
 
 /// What has been found out of frames before the last one.
@@ -361,13 +361,14 @@ fn apply_pose_updates_of(
         return;
     }
     let is_another_chain = pose_updates.iter().any(|update| update.is_replaced);
-    for PoseUpdate { frame, T_world_sensor, assessment, registration, .. } in pose_updates {
+    for PoseUpdate { frame, T_world_sensor, assessment, registered, .. } in pose_updates {
         let Some(estimate) = estimates.get_mut(frame as usize) else { continue };
-        (estimate.T_world_sensor, estimate.assessment) = (T_world_sensor, assessment);
-        if let Some((mut registration, overlap)) = registration {
-            registration.correspondences = Vec::new();
-            (estimate.registration, estimate.overlap) = (Some(registration), overlap);
+        let is_in_map = estimate.is_in_map;
+        if let Some(registered) = registered {
+            *estimate = SpatialEstimate { is_in_map, ..*registered };
+            estimate.registration.iter_mut().for_each(|registration| registration.correspondences = Vec::new());
         }
+        (estimate.T_world_sensor, estimate.assessment) = (T_world_sensor, assessment);
     }
     match loops {
         Some(loops) if is_another_chain => loops.clear(),

@@ -13,11 +13,14 @@ mod search_near_prediction;
 mod search_wider;
 mod track;
 
+use nalgebra::Matrix6;
+
 pub(super) use self::assess::{Decision, Proposal};
 use self::track::PosedFrame;
+use super::error_propagation::ErrorPropagation;
 use super::frame_matcher::FrameMatcher;
 use super::motion_prior::{MIN_STEPS, MotionPrior};
-use super::pose_hypothesis::PoseHypothesis;
+use super::pose_hypothesis::{PoseHypothesis, PoseUncertainty};
 use super::reference_map::ReferenceMap;
 use super::tentative_branch::TentativeBranch;
 use super::{ColorUse, DepthOptions, PoseUpdate, SpatialEstimate};
@@ -31,6 +34,7 @@ pub(super) struct Chain {
     options: DepthOptions,
     /// The content of all members, and of no other frames.
     reference: ReferenceMap,
+    errors: ErrorPropagation,
     /// The frames of the map, in the order in which they were added.
     members: Vec<Member>,
     /// The last frame that was appended.
@@ -90,7 +94,7 @@ impl Member {
     /// Its pose and assessment, told again.
     pub(super) fn pose_update(&self) -> PoseUpdate {
         let Self { number, T_world_sensor, assessment, .. } = self.clone();
-        PoseUpdate { frame: number, T_world_sensor, assessment, is_replaced: false, registration: None }
+        PoseUpdate { frame: number, T_world_sensor, assessment, is_replaced: false, registered: None }
     }
 }
 
@@ -101,11 +105,13 @@ impl Chain {
         let view = reference.map.view(&frame.image, &T_world_sensor);
         reference.insert(frame, number, &T_world_sensor, &view);
         let assessment = Assessment::first();
+        let covariance = Some(Matrix6::zeros());
         let estimate =
-            SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, assessment, is_in_map: true };
+            SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, assessment, covariance, is_in_map: true };
         let chain = Self {
             options,
             reference,
+            errors: ErrorPropagation::from_first(number),
             members: vec![Member::new(number, T_world_sensor, Assessment::first())],
             last: PosedFrame::new(number, frame, T_world_sensor, Pose3::identity()),
             motion_prior: MotionPrior::default(),
@@ -186,7 +192,7 @@ impl Chain {
             branch.push(number, uncertainty);
         }
         let assessment = uncertain.unwrap_or_else(|| hypothesis.assessment());
-        self.insert(number, frame, hypothesis, assessment)
+        self.insert(number, frame, hypothesis, assessment, uncertainty.as_ref())
     }
 
     /// Adds a frame to the map.
@@ -196,11 +202,13 @@ impl Chain {
         frame: &PreparedSurfels,
         hypothesis: PoseHypothesis,
         assessment: Assessment,
+        uncertainty: Option<&PoseUncertainty>,
     ) -> SpatialEstimate {
         let T_world_sensor = *hypothesis.T_world_sensor();
+        let covariance = Some(self.errors.add_registered(number, &hypothesis, &self.reference, uncertainty));
         self.reference.insert(frame, number, &T_world_sensor, &hypothesis.view);
         self.members.push(Member::new(number, T_world_sensor, assessment.clone()));
-        let registration = Some(hypothesis.registration);
-        SpatialEstimate { T_world_sensor, overlap: hypothesis.overlap, assessment, registration, is_in_map: true }
+        let (registration, overlap) = (Some(hypothesis.registration), hypothesis.overlap);
+        SpatialEstimate { T_world_sensor, overlap, assessment, registration, covariance, is_in_map: true }
     }
 }

@@ -31,7 +31,7 @@ impl Chain {
         let motion = before.map_or_else(Pose3::identity, |before| before.T_world_sensor.inverse() * T_world_sensor);
         self.rejected = Some(PosedFrame::new(number, frame, T_world_sensor, motion));
         let registration = Some(hypothesis.registration);
-        SpatialEstimate { T_world_sensor, registration, overlap, assessment, is_in_map: false }
+        SpatialEstimate { T_world_sensor, registration, overlap, assessment, covariance: None, is_in_map: false }
     }
 
     /// Counts a frame that is not added to the map: the sensor may have moved further until the next one.
@@ -43,6 +43,6 @@ impl Chain {
     pub(in super::super) fn lost(&self, reason: String, overlap: f64) -> SpatialEstimate {
         let T_world_sensor = self.rejected.as_ref().unwrap_or(&self.last).T_world_sensor;
         let assessment = Assessment::lost(reason);
-        SpatialEstimate { T_world_sensor, registration: None, overlap, assessment, is_in_map: false }
+        SpatialEstimate { T_world_sensor, registration: None, overlap, assessment, covariance: None, is_in_map: false }
     }
 }

@@ -99,7 +99,7 @@ impl DepthOdometry {
         let (Some(chain), Some(stored)) = (&mut self.chain, self.unregistered_frames.get(number)) else { return false };
         let Some(hypothesis) = chain.relocalize(stored, everywhere) else { return false };
         let assessment = Assessment { status: Status::Good, reason: String::new(), agreement: hypothesis.agreement };
-        let mut estimate = chain.insert(number, &stored.frame, hypothesis, assessment);
+        let mut estimate = chain.insert(number, &stored.frame, hypothesis, assessment, None);
         self.unregistered_frames.remove(number);
         self.reassess(number, &mut estimate);
         self.pose_updates.push(PoseUpdate::relocalized(number, estimate));

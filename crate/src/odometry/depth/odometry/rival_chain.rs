@@ -114,7 +114,7 @@ impl DepthOdometry {
                 None => assessment.mark_outnumbered(),
             }
             let T_world_sensor = T_world_replaced.map_or_else(Pose3::identity, |T| T * T_replaced_sensor);
-            let update = PoseUpdate { frame, T_world_sensor, assessment, is_replaced: true, registration: None };
+            let update = PoseUpdate { frame, T_world_sensor, assessment, is_replaced: true, registered: None };
             self.pose_updates.push(update);
         }
         if let Some(motion) = T_world_replaced {
