@@ -172,8 +172,9 @@ pub fn score(recording: &Recording, settings: &SpatialSettings, each: bool) -> (
             Status::Doubtful => score.doubtful += 1,
             Status::Lost => score.lost += 1,
         }
-        if let (Status::Good, true, Some(covariance)) = (status, index != first, estimates[index].covariance) {
-            let squared = squared_distance(&covariance, &poses[index], &truth[index]);
+        if let (Status::Good, true, Some(covariance)) = (status, index > 0, estimates[index].covariance) {
+            let of_first = |poses: &[Pose3]| poses[0].inverse() * poses[index];
+            let squared = squared_distance(&covariance, &of_first(&poses), &of_first(&recording.truth));
             score.bounded[0] += usize::from(squared < CHI_SQUARED_95);
             score.bounded[1] += usize::from(squared > 4.0 * CHI_SQUARED_95);
             score.bounded[2] += 1;
@@ -192,5 +193,7 @@ fn squared_distance(covariance: &Matrix6<f64>, pose: &Pose3, truth: &Pose3) -> f
     let covariance = (adjoint * covariance * adjoint.transpose()).fixed_view::<3, 3>(3, 3).into_owned();
     let error = truth.translation.vector - pose.translation.vector;
     // Without the least noise the first frames' covariance has no inverse.
-    (covariance + Matrix3::identity() * 1e-12).cholesky().map_or(f64::INFINITY, |factor| error.dot(&factor.solve(&error)))
+    (covariance + Matrix3::identity() * 1e-12)
+        .cholesky()
+        .map_or(f64::INFINITY, |factor| error.dot(&factor.solve(&error)))
 }

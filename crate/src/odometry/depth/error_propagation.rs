@@ -11,15 +11,16 @@
 use nalgebra::{DMatrix, Matrix6, Vector3, Vector6};
 use rustc_hash::FxHashMap;
 
+use super::evidence::FINE_TOLERANCE;
 use super::pose_hypothesis::{PoseHypothesis, PoseUncertainty};
 use super::reference_map::ReferenceMap;
 use crate::geometry::Pose3;
 use crate::registration::factors::{Correspondence, Factor, PointToPlane};
 use crate::registration::target::Target;
 
-/// Frames whose errors are kept. Of more, every other one is dropped, and the next one kept stands for it: a frame costs some
+/// Frames whose errors are kept. Of more, every other one is dropped, and the next one kept stands for it: a frame costs a
 /// hundred thousand multiplications, however many there are.
-const MAX_FRAMES: usize = 64;
+const MAX_FRAMES: usize = 32;
 /// One of this many pairs tells which frames' surfaces a frame lies on.
 const PAIR_STRIDE: usize = 4;
 /// Variance of an error over that by the residuals as if these were independent: of pairs of one patch they are alike, and in
@@ -46,12 +47,9 @@ impl ErrorPropagation {
     /// of its error.
     fn add(&mut self, number: u32, parts: &FxHashMap<u32, Matrix6<f64>>, noise: &Matrix6<f64>) -> Matrix6<f64> {
         let size = self.joint.nrows();
-        let whole: Matrix6<f64> = parts.values().sum();
-        // A direction that nothing determines is shared evenly: rounding must not decide it.
-        let inverse = (whole + Matrix6::identity() * (1e-6 * whole.trace())).try_inverse().unwrap_or_else(Matrix6::zeros);
         let (mut across, mut covariance) = (DMatrix::zeros(6, size), *noise);
         let shares: Vec<(usize, Matrix6<f64>)> =
-            parts.iter().map(|(frame, part)| (6 * self.place_of(*frame), inverse * part)).collect();
+            shares(parts).map(|(frame, share)| (6 * self.place_of(frame), share)).collect();
         for (place, share) in &shares {
             across += share * self.joint.rows(*place, 6);
         }
@@ -93,20 +91,37 @@ impl ErrorPropagation {
         reference: &ReferenceMap,
         uncertainty: Option<&PoseUncertainty>,
     ) -> Matrix6<f64> {
-        let registration = &hypothesis.registration;
-        let mut pairs: FxHashMap<u32, Vec<Correspondence<Vector3<f64>>>> = FxHashMap::default();
-        for pair in registration.correspondences.iter().step_by(PAIR_STRIDE) {
-            // The partners of a frame that was tracked or corrected are not those of the map.
-            let Some(neighbor) = hypothesis.view.nearest(&pair.moved, super::FINE_TOLERANCE) else { continue };
-            let Some(frame) = reference.map.frame_of(hypothesis.view.number(neighbor.index)) else { continue };
-            pairs.entry(frame).or_default().push(Correspondence { target: neighbor.index, ..*pair });
-        }
-        let normal_matrix = |pairs: &Vec<_>| Factor::<Pose3, _>::normal_equations(&PointToPlane, &hypothesis.view, pairs).H;
-        let parts = pairs.iter().map(|(frame, pairs)| (*frame, normal_matrix(pairs))).collect();
-        let information = registration.information / VARIANCE_RATIO + covariance_of(UNKNOWN.0, UNKNOWN.1, -2);
+        let information =
+            hypothesis.registration.information / VARIANCE_RATIO + covariance_of(UNKNOWN.0, UNKNOWN.1, -2);
         let noise = information.try_inverse().unwrap_or_else(|| covariance_of(UNKNOWN.0, UNKNOWN.1, 2));
-        self.add(number, &parts, &(noise + uncertainty.map_or_else(Matrix6::zeros, of_uncertain)))
+        self.add(
+            number,
+            &normal_matrices(hypothesis, reference),
+            &(noise + uncertainty.map_or_else(Matrix6::zeros, of_uncertain)),
+        )
     }
+}
+
+/// The part of the normal matrix that comes from the surfaces of each frame, by the frame's number.
+fn normal_matrices(hypothesis: &PoseHypothesis, reference: &ReferenceMap) -> FxHashMap<u32, Matrix6<f64>> {
+    let view = &hypothesis.view;
+    let mut pairs: FxHashMap<u32, Vec<Correspondence<Vector3<f64>>>> = FxHashMap::default();
+    for pair in hypothesis.registration.correspondences.iter().step_by(PAIR_STRIDE) {
+        // The partners of a frame that was tracked or corrected are not those of the map.
+        let Some(neighbor) = view.nearest(&pair.moved, FINE_TOLERANCE) else { continue };
+        let Some(frame) = reference.map.frame_of(view.number(neighbor.index)) else { continue };
+        pairs.entry(frame).or_default().push(Correspondence { target: neighbor.index, ..*pair });
+    }
+    let normal_matrix = |pairs: &Vec<_>| Factor::<Pose3, _>::normal_equations(&PointToPlane, view, pairs).H;
+    pairs.iter().map(|(frame, pairs)| (*frame, normal_matrix(pairs))).collect()
+}
+
+/// The share of each frame's error in that of a frame that lies on their surfaces.
+fn shares(normal_matrices: &FxHashMap<u32, Matrix6<f64>>) -> impl Iterator<Item = (u32, Matrix6<f64>)> {
+    let whole: Matrix6<f64> = normal_matrices.values().sum();
+    // Rounding must not decide what nothing determines.
+    let inverse = (whole + Matrix6::identity() * (1e-6 * whole.trace())).try_inverse().unwrap_or_else(Matrix6::zeros);
+    normal_matrices.iter().map(move |(frame, part)| (*frame, inverse * part))
 }
 
 /// What an uncertain pose adds.
@@ -121,4 +136,86 @@ fn of_uncertain(uncertainty: &PoseUncertainty) -> Matrix6<f64> {
 fn covariance_of(rotation: f64, translation: f64, power: i32) -> Matrix6<f64> {
     let (r, t) = (rotation.powi(power), translation.powi(power));
     Matrix6::from_diagonal(&Vector6::new(r, r, r, t, t, t))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{DepthImage, Pinhole};
+    use crate::geometry::RigidMotion;
+    use crate::odometry::depth::DepthOptions;
+    use crate::odometry::depth::frame_matcher::FrameMatcher;
+    use crate::preprocess::depth_surfels::{DepthModel, depth_surfels};
+    use crate::registration::prepared_surfels::PreparedSurfels;
+
+    fn on(parts: &[(u32, f64)]) -> FxHashMap<u32, Matrix6<f64>> {
+        parts.iter().map(|&(frame, weight)| (frame, Matrix6::identity() * weight)).collect()
+    }
+
+    #[test]
+    fn noise_adds_up_along_a_chain_and_not_where_a_place_is_seen_again() {
+        let mut errors = ErrorPropagation::from_first(0);
+        let noise = Matrix6::identity() * 1e-4;
+        for number in 1..10 {
+            let covariance = errors.add(number, &on(&[(number - 1, 100.0)]), &noise);
+            assert!((covariance[(4, 4)] / 1e-4 - f64::from(number)).abs() < 1e-3, "{covariance}");
+        }
+        let again = errors.add(10, &on(&[(0, 100.0)]), &noise);
+        assert!((again[(4, 4)] / 1e-4 - 1.0).abs() < 1e-3, "{again}");
+        // Half of it goes with frame 9, half with frame 0, whose errors are independent.
+        let between = errors.add(11, &on(&[(0, 50.0), (9, 50.0)]), &noise);
+        assert!((between[(4, 4)] / 1e-4 - (1.0 + 9.0 / 4.0)).abs() < 1e-3, "{between}");
+        // Two frames with the same error are no more certain together.
+        let both = errors.add(12, &on(&[(8, 50.0), (9, 50.0)]), &noise);
+        assert!(both[(4, 4)] > 9.0 * 1e-4, "{both}");
+    }
+
+    #[test]
+    fn of_many_frames_others_stand_for_those_that_are_dropped() {
+        let mut errors = ErrorPropagation::from_first(0);
+        let noise = Matrix6::identity() * 1e-4;
+        let mut last = Matrix6::zeros();
+        for number in 1..300 {
+            last = errors.add(number, &on(&[(number - 1, 70.0), (number.saturating_sub(3), 30.0)]), &noise);
+            assert!(errors.frames.len() <= MAX_FRAMES && errors.joint.nrows() == 6 * errors.frames.len());
+        }
+        // An error is passed on over 1.6 frames in the mean, so 1 / 1.6 of each one stays.
+        let expected = 300.0 / 1.6_f64.powi(2) * 1e-4;
+        assert!((0.9..1.2).contains(&(last[(3, 3)] / expected)), "{} {expected}", last[(3, 3)]);
+        let early = errors.add(300, &on(&[(1, 100.0)]), &noise);
+        assert!(early[(3, 3)] > 2.0 * 1e-4 * 0.999, "what stands for frame 1 is no more certain: {early}");
+    }
+
+    /// A wavy wall, of which these columns have depth.
+    fn wall(columns: std::ops::Range<usize>) -> PreparedSurfels {
+        let camera = Pinhole::from_field_of_view(320, 240, 1.2).unwrap();
+        let depth = |pixel: usize| {
+            let (column, row) = ((pixel % 320) as f64, (pixel / 320) as f64);
+            let depth = 2000.0 + 300.0 * (column / 30.0).sin() + 250.0 * (row / 25.0).cos();
+            if columns.contains(&(pixel % 320)) { depth as u16 } else { 0 }
+        };
+        let image = DepthImage { width: 320, height: 240, bits: 16, values: (0..320 * 240).map(depth).collect() };
+        let model = DepthModel { step: 1e-3, offset: 0.0, square_noise: 1e-3, min_range: 0.1, max_range: 10.0 };
+        DepthOptions::default().prepared(depth_surfels(&image, &vec![true; image.values.len()], &camera, &model))
+    }
+
+    #[test]
+    fn a_frame_takes_over_the_errors_of_the_surfaces_that_it_lies_on() {
+        let error = Vector6::new(1e-3, -2e-3, 1.5e-3, 4e-3, -3e-3, 5e-3);
+        let mut reference = ReferenceMap::default();
+        for (number, frame, T) in
+            [(0, wall(0..160), Pose3::identity()), (1, wall(160..320), <Pose3 as RigidMotion>::exp(&error))]
+        {
+            let view = reference.map.view(&frame.image, &T);
+            reference.insert(&frame, number, &T, &view);
+        }
+        let frame = wall(0..320);
+        let found = FrameMatcher::new(&reference, &frame, DepthOptions::default()).register_at(Pose3::identity());
+        let matrices = normal_matrices(&found, &reference);
+        assert_eq!(matrices.len(), 2);
+        let (_, share) = shares(&matrices).find(|(frame, _)| *frame == 1).unwrap();
+        let (expected, actual) = (share * error, found.T_world_sensor().log());
+        assert!((actual - expected).norm() < 0.15 * error.norm(), "{actual} {expected}");
+        assert!(expected.norm() > 0.3 * error.norm() && (expected - error).norm() > 0.3 * error.norm());
+    }
 }

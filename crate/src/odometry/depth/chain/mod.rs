@@ -106,8 +106,14 @@ impl Chain {
         reference.insert(frame, number, &T_world_sensor, &view);
         let assessment = Assessment::first();
         let covariance = Some(Matrix6::zeros());
-        let estimate =
-            SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, assessment, covariance, is_in_map: true };
+        let estimate = SpatialEstimate {
+            T_world_sensor,
+            registration: None,
+            overlap: 1.0,
+            assessment,
+            covariance,
+            is_in_map: true,
+        };
         let chain = Self {
             options,
             reference,
