@@ -11,6 +11,7 @@
 use nalgebra::{DMatrix, Matrix6, Vector3, Vector6};
 use rustc_hash::FxHashMap;
 
+use super::chain::ERROR_RATIO;
 use super::evidence::FINE_TOLERANCE;
 use super::pose_hypothesis::{PoseHypothesis, PoseUncertainty};
 use super::reference_map::ReferenceMap;
@@ -23,9 +24,6 @@ use crate::registration::target::Target;
 const MAX_FRAMES: usize = 32;
 /// One of this many pairs tells which frames' surfaces a frame lies on.
 const PAIR_STRIDE: usize = 4;
-/// Variance of an error over that by the residuals as if these were independent: of pairs of one patch they are alike, and in
-/// successive frames. See docs/measurements/depth_ablations.md.
-const VARIANCE_RATIO: f64 = 60.0;
 /// Standard deviation of what nothing bounds (rad, m).
 const UNKNOWN: (f64, f64) = (0.3, 1.0);
 
@@ -92,7 +90,7 @@ impl ErrorPropagation {
         uncertainty: Option<&PoseUncertainty>,
     ) -> Matrix6<f64> {
         let information =
-            hypothesis.registration.information / VARIANCE_RATIO + covariance_of(UNKNOWN.0, UNKNOWN.1, -2);
+            hypothesis.registration.information / ERROR_RATIO.powi(2) + covariance_of(UNKNOWN.0, UNKNOWN.1, -2);
         let noise = information.try_inverse().unwrap_or_else(|| covariance_of(UNKNOWN.0, UNKNOWN.1, 2));
         self.add(
             number,

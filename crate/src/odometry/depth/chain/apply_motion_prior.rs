@@ -8,9 +8,10 @@ use super::super::pose_hypothesis::PoseHypothesis;
 use super::Chain;
 use crate::registration::degeneracy::DegenerateDirection;
 
-/// Ratio of a pose's actual error along its least constrained direction to the standard deviation from its residuals, where
-/// surfaces constrain that direction (root mean square in generated flats). The errors of surfaces are correlated.
-const CONSTRAINED_ERROR_RATIO: f64 = 10.0;
+/// Ratio of a pose's actual error to the standard deviation from its residuals, as if these were independent: those of one patch of
+/// a surface are alike, and in frames that follow each other. Root mean square along the least constrained direction in generated flats, where
+/// surfaces constrain it; of rendered cameras of four kinds, see docs/measurements/depth_ablations.md.
+pub(in super::super) const ERROR_RATIO: f64 = 10.0;
 /// Largest difference from the motion prior (standard deviations) for which it is applied: a larger one means an unusual
 /// motion, as after a dropped frame.
 const MAX_PRIOR_SIGMAS: f64 = 3.0;
@@ -51,7 +52,7 @@ impl Chain {
         let sigma = match hypothesis.degenerate_sigma {
             _ if !hypothesis.registration.converged => f64::INFINITY,
             Some(sigma) => sigma,
-            None => CONSTRAINED_ERROR_RATIO * hypothesis.weakest_sigma(),
+            None => ERROR_RATIO * hypothesis.weakest_sigma(),
         };
         Posterior::of(direction.dot(&motion.translation.vector), sigma, &predicted)
     }

@@ -15,6 +15,7 @@ mod track;
 
 use nalgebra::Matrix6;
 
+pub(super) use self::apply_motion_prior::ERROR_RATIO;
 pub(super) use self::assess::{Decision, Proposal};
 use self::track::PosedFrame;
 use super::error_propagation::ErrorPropagation;
