@@ -12,6 +12,7 @@ import type {
   EngineFacts,
   InputFile,
   Inputs,
+  PlacedPlan,
   ReadOutcome,
   PlanarApi,
   PlanarEvent,
@@ -129,6 +130,11 @@ export class PlanarClient {
   /** What a step would change after those that were taken. */
   previewEdit(step: Edit): Promise<Consequence> {
     return this.#host.call('previewEdit', [...this.#steps, step]);
+  }
+
+  /** Where a step would lay a building plan behind the map as it is. */
+  previewPlan(step: Edit): Promise<PlacedPlan | null> {
+    return this.#host.call('previewPlan', [step]);
   }
 
   /** The scans with beams that met a cell of this side (m); the full engine alone tells them. */

@@ -13,6 +13,7 @@ import type {
   Settings,
   Snapshot,
 } from '../engine/protocol.js';
+import type { Pictures } from '../../../package/files/recording.js';
 import { messageOf } from '../engine/message-of.js';
 import type { Address } from '../views/address.js';
 import { baseName, formatLength, plural } from '../views/format.js';
@@ -37,6 +38,8 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   lookDirection = 0;
   /** Tables of ranges, and what their columns are; null before files are taken in. */
   tables: TableImports | null = null;
+  /** Of building plans that steps lay, by the names that these call them. */
+  pictures: Pictures = {};
   /** Whether the page's address is the page's own, to read formats of tables from and to write them into. */
   address: Address | null = null;
   /** What the engine is to be given, or is reading. */
@@ -256,6 +259,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.progress = 0;
     this.activity = `Reading ${plural(dataset.scans.length, 'scan')}`;
     const { mended } = dataset;
+    if (mended?.pictures) this.pictures = mended.pictures;
     if (mended && this.facts) this.settings = { ...this.facts.presets[0]?.settings, ...mended.settings } as Settings;
     if (this.facts && this.settings)
       this.client?.load(

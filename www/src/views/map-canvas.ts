@@ -16,6 +16,7 @@ import {
   paintReference,
   paintScaleBar,
 } from './map-painter.js';
+import type { MapExtra } from './map-layer.js';
 import { paintTrajectory } from './path-painter.js';
 import { memoizeLast } from './memoize-last.js';
 import { type OccupancyPicture, paintOccupancy } from './occupancy.js';
@@ -34,6 +35,7 @@ export interface MapContent {
   /** The frames that alone are shown, in ascending order; null: all. */
   only: readonly number[] | null;
   occupancy: OccupancyPicture | null;
+  extras: readonly MapExtra[];
   dark: boolean;
 }
 
@@ -150,7 +152,7 @@ export class MapCanvas {
   }
 
   #compose(
-    { marks, colors, layers, before, only, occupancy, dark }: MapContent,
+    { marks, colors, layers, before, only, occupancy, extras, dark }: MapContent,
     view: Viewport,
     isMoved: boolean,
   ): void {
@@ -171,8 +173,11 @@ export class MapCanvas {
       ctx.imageSmoothingEnabled = factor !== 1;
       ctx.drawImage(kept, left, top, size.width * factor, size.height * factor);
     };
-    if (layers.occupancy && occupancy) paintOccupancy(ctx, size, view, occupancy);
-    else drawKept(this.#layer);
+    const hasGrid = layers.occupancy && occupancy !== null;
+    if (hasGrid) paintOccupancy(ctx, size, view, occupancy);
+    for (const extra of extras) if (extra.isBehind) extra.paint(ctx, size, view, dark);
+    if (!hasGrid) drawKept(this.#layer);
+    for (const extra of extras) if (!extra.isBehind) extra.paint(ctx, size, view, dark);
 
     if (before && layers.path) paintBefore(ctx, size, view, before, theme);
     if (layers.reference && !only) paintReference(ctx, size, view, marks, theme);
