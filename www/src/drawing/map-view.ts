@@ -358,9 +358,14 @@ export class ScanstitchMap extends FlatMap {
         font-size: calc(12.5 * var(--px));
         list-style: none;
       }
-      .changes span {
-        padding-left: 12px;
-        white-space: nowrap;
+      .changes :is(li, span) {
+        display: flex;
+        flex-wrap: wrap;
+        align-items: center;
+        gap: 0 6px;
+      }
+      .changes li {
+        column-gap: 14px;
       }
       .sign.plan {
         height: 12px;

@@ -73,8 +73,8 @@ function legendOf(all: readonly RecordingChanges[]): TemplateResult {
       of.changes.length === 0
         ? html`<li>${changeWords(of)}</li>`
         : html`<li title=${changeWords(of)}>
-            <strong>${of.name}</strong> against the recordings before
-            it:${KINDS.map((kind) => html`<span>${signOf(kind)} ${countWords(countOf(of, kind), kind)}</span>`)}
+            <span><strong>${of.name}</strong> against the recordings before it:</span>
+            ${KINDS.map((kind) => html`<span>${signOf(kind)}${countWords(countOf(of, kind), kind)}</span>`)}
           </li>`,
     )}
   </ul>`;
