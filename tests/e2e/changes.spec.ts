@@ -1,7 +1,7 @@
 /** What moved between two recordings that make one map: counted below the map and drawn on it. */
 import { BUILDING, driveLog, driveOdometry } from '../cli/drive_log.mjs';
-import { expectNamedControls, findWeakContrast } from './access.js';
-import { expect, overflowOf, test } from './scanstitch_page.js';
+import { expectForEverybody } from './mended.js';
+import { expect, test } from './scanstitch_page.js';
 
 /** The building with a cupboard at the wall of its corridor, 0.8 m wide and 0.5 m deep. */
 const WITH_CUPBOARD = BUILDING.replace('0,0 6,0', '0,0 3.6,0 3.6,0.5 4.4,0.5 4.4,0 6,0');
@@ -32,13 +32,7 @@ test('a cupboard that the second recording alone shows is counted and drawn, and
   await box.check();
   await expect(legend).toBeVisible();
 
-  await expectNamedControls(page);
-  for (const scheme of ['Dark', 'Light']) {
-    await page.getByRole('button', { name: `${scheme} colours` }).click();
-    await expect.poll(() => page.evaluate(findWeakContrast)).toEqual([]);
-  }
-  await page.setViewportSize({ width: 390, height: 844 });
-  expect(await overflowOf(page)).toBeLessThanOrEqual(0);
+  await expectForEverybody(page);
 
   // One recording has nothing to be compared with.
   await app.drop([{ name: 'monday.log', content: driveLog(BUILDING, 0, NUM_SCANS) }]);

@@ -1,16 +1,10 @@
 /** A building plan behind the map: points taken by hand, by number and by keys, told where they contradict, undone and replayed. */
-import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
-import { tmpdir } from 'node:os';
-import { join } from 'node:path';
+import { readFileSync } from 'node:fs';
 import type { Locator } from '@playwright/test';
-import { unzipSync } from 'fflate';
 import { greyPng } from '../cli/depth_room.mjs';
-import { BUILDING, driveLog } from '../cli/drive_log.mjs';
-import { scanstitch, writeFiles } from '../cli/support.mjs';
-import { expectNamedControls, findWeakContrast } from './access.js';
-import { expect, overflowOf, type ScanstitchPage, test } from './scanstitch_page.js';
+import { expectForEverybody, expectReplayed, mendTheLog } from './mended.js';
+import { expect, type ScanstitchPage, test } from './scanstitch_page.js';
 
-const LOG = driveLog(BUILDING, 0, 66);
 const [WIDTH, HEIGHT] = [400, 200];
 /** Black lines on white. */
 const PLAN = greyPng(
@@ -23,10 +17,7 @@ const PICTURE = { name: 'plan.png', mimeType: 'image/png', buffer: Buffer.from(P
 const inMap = ([u, v]: [number, number]): [number, number] => [2 + 0.05 * v, -4 + 0.05 * u];
 
 async function openPlan(app: ScanstitchPage): Promise<Locator> {
-  await app.drop([{ name: 'drive.log', content: LOG }]);
-  await app.stitched();
-  await app.stage.press('m');
-  const panel = app.page.locator('scanstitch-mend');
+  const panel = await mendTheLog(app);
   await panel.getByRole('button', { name: 'Plan', exact: true }).click();
   return panel;
 }
@@ -96,23 +87,12 @@ test('a plan is laid by three points, told where they contradict, taken off, und
   await expect.poll(() => app.picture()).not.toBe(laid);
 
   // On the command line, and what the page exports.
-  const saving = page.waitForEvent('download');
-  await panel.getByRole('button', { name: 'Save the steps' }).click();
-  const folder = mkdtempSync(join(tmpdir(), 'scanstitch-plan-'));
-  const steps = readFileSync(await (await saving).path());
-  const [log = '', file = ''] = writeFiles(folder, { 'drive.log': LOG, 'drive.steps.json': steps });
-  const replayed = await scanstitch(['edit', log, file, '--out', folder]);
-  expect(replayed.status, replayed.stderr).toBe(0);
-  expect(replayed.stderr).toContain('building plan plan.png of 0.05');
-  await page.getByRole('button', { name: 'Export' }).click();
-  const exporting = page.waitForEvent('download');
-  await page.getByRole('menuitem', { name: /^Everything/ }).click();
-  const exported = unzipSync(readFileSync(await (await exporting).path()));
-  for (const name of ['trajectory.tum', 'report.json', 'map.pgm', 'plan.png', 'plan.pgw']) {
-    expect(Buffer.from(exported[name] ?? []).equals(readFileSync(join(folder, name))), name).toBe(true);
-  }
-  expect(readFileSync(join(folder, 'plan.png')).equals(PICTURE.buffer)).toBe(true);
-  rmSync(folder, { recursive: true });
+  let steps = Buffer.from('');
+  await expectReplayed(app, ['plan.png', 'plan.pgw'], (replayed) => {
+    expect(replayed.stderr).toContain('building plan plan.png of 0.05');
+    expect(replayed.written('plan.png').equals(PICTURE.buffer)).toBe(true);
+    steps = replayed.steps;
+  });
 
   // Undone by a key, opened from the file, taken off, and that undone.
   const inList = page.getByText('Building plan: plan.png');
@@ -172,12 +152,6 @@ test('points of a plan are taken by keys, on a phone as well, and what is no pic
   await expect(places).toHaveCount(2);
   await expect(panel.getByRole('button', { name: 'Lay the plan' })).toBeDisabled();
 
-  await expectNamedControls(page);
-  for (const scheme of ['Dark', 'Light']) {
-    await page.getByRole('button', { name: `${scheme} colours` }).click();
-    await expect.poll(() => page.evaluate(findWeakContrast)).toEqual([]);
-  }
-  await page.setViewportSize({ width: 390, height: 844 });
-  expect(await overflowOf(page)).toBeLessThanOrEqual(0);
+  await expectForEverybody(page);
   await expect(picture).toBeVisible();
 });

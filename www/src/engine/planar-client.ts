@@ -53,6 +53,9 @@ const MAX_FIRST_BYTES = 1e6;
 /** The pieces of longer recordings are searched for in each other, which the full engine alone can. */
 const MAX_FIRST_SCANS = 99;
 
+/** What is told of files that are not wanted any more. */
+const STOPPED_READING = { notes: [{ file: '', text: 'Reading was stopped: none of it is used' }], isStopped: true };
+
 type Host = WorkerHost<PlanarApi, PlanarEvent>;
 
 export class PlanarClient {
@@ -74,6 +77,8 @@ export class PlanarClient {
   #candidate: Inputs | null = null;
   /** The file being read, to know the culprit of a crash. */
   #reading: string | null = null;
+  /** Whether the worker has not reacted to a stop yet. */
+  #isStopping = false;
   #stopTimer: ReturnType<typeof setTimeout> | undefined;
 
   constructor(listener: PlanarListener) {
@@ -148,15 +153,17 @@ export class PlanarClient {
       // The full engine is on its way, or reads.
       this.#run++;
       this.#listener.slow(false);
-      this.#keepFirst('Reading was stopped: none of it is used', '');
+      this.#keepFirst(STOPPED_READING);
       return;
     }
     const host = this.#host;
     clearTimeout(this.#stopTimer);
+    this.#isStopping = true;
     let isAnswered = false;
     // What it answers is the reaction, also where there was nothing to stop.
     const answered = host.call('stop').then(() => {
       isAnswered = true;
+      this.#isStopping = false;
       clearTimeout(this.#stopTimer);
     });
     this.#order(answered);
@@ -308,14 +315,15 @@ export class PlanarClient {
   /** What is shown stays where only the full engine cannot be had. */
   #onUnavailable(message: string): void {
     clearTimeout(this.#stopTimer);
-    if (this.#firstHost && this.#candidate) this.#keepFirst(message, 'Try again when the network is there');
-    else this.#listener.unavailable(message);
+    if (this.#firstHost && this.#candidate) {
+      const remedy = 'Try again when the network is there';
+      this.#keepFirst({ problems: [{ file: '', place: null, problem: message, remedy }] });
+    } else this.#listener.unavailable(message);
   }
 
   /** What the small engine holds stays; nothing of what the full one was to read is used. */
-  #keepFirst(problem: string, remedy: string): void {
-    const problems: Problem[] = [{ file: '', place: null, problem, remedy }];
-    this.#onLoaded({ accepted: [], refused: [], problems, notes: [] });
+  #keepFirst(told: Partial<ReadOutcome>): void {
+    this.#onLoaded({ accepted: [], refused: [], problems: [], notes: [], ...told });
   }
 
   /**
@@ -327,7 +335,12 @@ export class PlanarClient {
     const culprit = this.#reading;
     this.#reading = null;
     this.#start();
-    if (this.#candidate && culprit !== null) {
+    if (this.#candidate && this.#isStopping) {
+      this.#host.succeeded(); // a large file that was being read, and no crash
+      this.#isStopping = false;
+      this.#keepFirst(STOPPED_READING);
+      if (this.#inputs) this.load(this.#inputs, this.#settings, this.#steps);
+    } else if (this.#candidate && culprit !== null) {
       this.#host.succeeded(); // the file is to blame, not the engine
       this.#listener.rejected({
         file: culprit,

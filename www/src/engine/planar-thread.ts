@@ -150,8 +150,9 @@ async function readScans(
   run: number,
   next: Reconstruction,
   scans: readonly InputFile[],
-  { accepted, problems, notes }: ReadOutcome,
+  loaded: ReadOutcome,
 ): Promise<number | null> {
+  const { accepted, problems, notes } = loaded;
   const total = scans.length;
   let loadMs = 0;
   let sliceStart = performance.now();
@@ -166,13 +167,8 @@ async function readScans(
     if (currentRun !== run) return null;
     if (!isReading) {
       const howFar = total > 1 ? ` after ${index + 1} of ${total} files` : '';
-      problems.push({
-        file: '',
-        place: null,
-        problem: `Reading was stopped${howFar}: none of it is used`,
-        remedy: '',
-      });
-      accepted.length = 0;
+      notes.push({ file: '', text: `Reading was stopped${howFar}: none of it is used` });
+      [loaded.isStopped, accepted.length] = [true, 0];
       break;
     }
     sliceStart = performance.now();

@@ -170,6 +170,8 @@ export interface ReadOutcome {
   problems: Problem[];
   /** What is worth knowing of the files, though nothing is lost. */
   notes: { file: string; text: string }[];
+  /** Whether somebody stopped it: none of it is used. */
+  isStopped?: boolean;
 }
 
 /** The worker of planar scans. `run` numbers the client's orders: events of an order that has been overtaken are dropped. */

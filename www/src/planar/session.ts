@@ -286,7 +286,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.changed();
   }
 
-  #onLoaded(inputs: Inputs, { accepted, problems, notes }: ReadOutcome): void {
+  #onLoaded(inputs: Inputs, { accepted, problems, notes, isStopped }: ReadOutcome): void {
     const candidate = this.#candidate;
     this.#candidate = null;
     if (!candidate) return;
@@ -294,7 +294,8 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     const messages = [...problems.map(errorMessage), ...told.map(({ file, text }) => noteMessage(file, text))];
     if (accepted.length === 0) {
       this.keepResult();
-      if (this.snapshot) messages.push(noteMessage('', 'No scan could be read, so the result on the page stays'));
+      if (this.snapshot && !isStopped)
+        messages.push(noteMessage('', 'No scan could be read, so the result on the page stays'));
     } else {
       this.phase = 'running';
       this.#isNewDataset = this.dataset?.title !== candidate.title || this.dataset.scans.length !== accepted.length;
