@@ -87,7 +87,7 @@ test('a plan is laid by three points, told where they contradict, taken off, und
   await expect.poll(() => app.picture()).not.toBe(laid);
 
   // On the command line, and what the page exports.
-  let steps = Buffer.from('');
+  let steps: Buffer = Buffer.from('');
   await expectReplayed(app, ['plan.png', 'plan.pgw'], (replayed) => {
     expect(replayed.stderr).toContain('building plan plan.png of 0.05');
     expect(replayed.written('plan.png').equals(PICTURE.buffer)).toBe(true);

@@ -37,8 +37,8 @@ export interface PlanarListener extends WorkerFaults {
   loaded(inputs: Inputs, told: ReadOutcome): void;
   progress(progress: Progress): void;
   snapshot(state: RunState, snapshot: Snapshot): void;
-  /** A setting the engine does not take. */
-  rejected(problem: Problem): void;
+  /** A setting the engine does not take, or a step: all stays as it is. */
+  rejected(problem: Problem, isStep?: boolean): void;
   /** The map is being mended, but for these steps. */
   refused(steps: readonly RefusedEdit[]): void;
   /** The worker died; a new one is starting with the same inputs. */
@@ -126,7 +126,8 @@ export class PlanarClient {
       (error: unknown) => {
         // The engine has kept them.
         this.#steps = before;
-        throw error;
+        if (!(error instanceof EngineProblem)) throw error;
+        this.#listener.rejected(error.problem, true);
       },
     );
     this.#order(mended);

@@ -109,7 +109,7 @@ function cornerFields(grid: GridTools): TemplateResult {
 function knownFields(grid: GridTools): TemplateResult {
   return html`${grid.known.map(
       ({ map, world }, at) =>
-        html`<div class="fields" role="group" aria-label="Place ${at + 1}">
+        html`<div class="fields known" role="group" aria-label="Place ${at + 1}">
           <span class="number">${at + 1}: ${map.map((value) => formatFixed(value, 2)).join(', ')} m is</span>
           ${(['X', 'Y'] as const).map((name, axis) =>
             number(name, `${name} of place ${at + 1} (m)`, world[axis] ?? null, (to) => grid.typeKnown(at, axis, to)),

@@ -93,6 +93,15 @@ export const fieldStyles = css`
   .fields button {
     align-self: end;
   }
+  /* A number, a place or a word, with its coordinates beside it. */
+  .known.fields label {
+    display: flex;
+    align-items: center;
+    gap: 4px;
+  }
+  .known > span {
+    flex: 1 0 100%;
+  }
   .fields input {
     appearance: textfield;
     padding-inline: 6px;

@@ -60,7 +60,7 @@ function pointFields(plan: PlanTools): TemplateResult {
   return html`<ol class="points" aria-label="Points of the plan">
     ${plan.pairs.map(({ picture, map }, at) => {
       const residual = plan.placed?.residuals[at];
-      return html`<li class="fields">
+      return html`<li class="fields known">
         <span class="number">${at + 1}</span>
         ${(['x', 'y'] as const).map((name, axis) =>
           number(name, `${name} of point ${at + 1} in the map (m)`, map[axis] ?? null, (to) => plan.type(at, axis, to)),
@@ -102,10 +102,8 @@ export const planStyles = css`
     flex-wrap: nowrap;
     align-items: center;
   }
-  .points li.fields label {
-    display: flex;
-    align-items: center;
-    gap: 4px;
+  .points span {
+    flex: none;
   }
   .points .off {
     min-width: calc(70 * var(--px));

@@ -1,3 +1,4 @@
+import type { Message } from '../components/messages.js';
 import { errorMessage, noneUsable, noteMessage, RunSession } from '../components/session.js';
 import { type Dataset, hasLog, type Opened } from '../datasets/dataset.js';
 import type { Intake } from '../datasets/take-in.js';
@@ -8,6 +9,7 @@ import type {
   InputFile,
   Inputs,
   ReadOutcome,
+  RefusedEdit,
   Progress,
   RunState,
   Settings,
@@ -26,6 +28,14 @@ import type { TableImports } from './table-imports.js';
 const READING_INTERVAL_MS = 50;
 /** How the engine's note on a table begins. The page has a line of its own for it, with a button. */
 const NOTE_ON_TABLE = 'A table of ranges, read as ';
+
+/** Of a message about a step of mending that the map or the engine does not take. */
+const NOT_TAKEN = 'The step was not taken';
+
+function refusal({ index, reason }: RefusedEdit): Message {
+  const problem = `Step ${index + 1} was not taken: ${reason}`;
+  return { ...errorMessage({ file: '', place: null, problem, remedy: '' }), title: NOT_TAKEN };
+}
 
 /** A run of laser scans in the plane: inputs, settings, result, messages. */
 export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, Snapshot> {
@@ -58,9 +68,8 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
       loaded: (inputs, told) => this.#onLoaded(inputs, told),
       progress: (progress) => this.#onProgress(progress),
       snapshot: (state, snapshot) => this.#onSnapshot(state, snapshot),
-      rejected: (problem) => this.tell([errorMessage(problem)]),
-      refused: (steps) =>
-        steps.forEach(({ index, reason }) => this.report(`Step ${index + 1} was not taken: ${reason}`)),
+      rejected: (problem, isStep) => this.tell([{ ...errorMessage(problem), ...(isStep && { title: NOT_TAKEN }) }]),
+      refused: (steps) => steps.length > 0 && this.tell(steps.map(refusal)),
       crashed: (message) => this.#onCrashed(message),
       ...this.faults,
     });

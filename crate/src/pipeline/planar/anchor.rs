@@ -119,6 +119,6 @@ pub(super) fn fault(pairs: &[KnownPlace], accuracy: f64) -> Option<(String, &'st
         let remedy = "Give places that are apart, in the map and in the world";
         return Some(("the pairs are all at one place, which tells no direction".to_owned(), remedy));
     };
-    let remedy = "Correct the pair, give metres in both, or state a larger \"accuracy\"";
+    let remedy = "Correct the pair, give metres in both, or state a larger standard deviation (\"accuracy\")";
     contradiction(&fit, accuracy).map(|problem| (problem, remedy))
 }
