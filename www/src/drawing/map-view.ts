@@ -35,6 +35,8 @@ const NO_MARKS: MapMarks = {
 const SMALL_WIDTH = 640;
 /** The map is in motion until the hand has rested for so long. */
 const REST_MS = 90;
+/** A map that has rested for so long is not growing: the slider may be next. */
+const IDLE_MS = 500;
 
 /**
  * The map: points, paths and poses on a canvas that pans and zooms.
@@ -115,13 +117,8 @@ export class ScanstitchMap extends FlatMap {
     const previous = changed.get('marks');
     const isSlid = changed.has('marks') && previous?.until !== this.marks.until;
     if (isSlid && !changed.has('points')) this.lastMotion = performance.now();
-    const repaint =
-      changed.has('points') ||
-      changed.has('dark') ||
-      changed.has('colors') ||
-      isSlid ||
-      (changed.has('marks') && previous?.selected !== this.marks.selected);
-    if (repaint) this.mapCanvas?.invalidate();
+    if (changed.has('points') || changed.has('dark') || changed.has('colors')) this.mapCanvas?.invalidate();
+    else if (isSlid || (changed.has('marks') && previous?.selected !== this.marks.selected)) this.mapCanvas?.slide();
     this.requestPaint();
   }
 
@@ -255,7 +252,8 @@ export class ScanstitchMap extends FlatMap {
     const isExact = this.mapCanvas?.paint(this.content(), this.view, isInMotion) ?? true;
     this.layer?.paint(context2d(this.canvas), this.surface.size, this.view, this.dark);
     clearTimeout(this.restTimer);
-    if (!isExact) this.restTimer = setTimeout(() => this.requestPaint(), REST_MS + 10);
+    const prepare = (): void => this.mapCanvas?.prepare(this.content(), this.view);
+    this.restTimer = isExact ? setTimeout(prepare, IDLE_MS) : setTimeout(() => this.requestPaint(), REST_MS + 10);
     if (this.hasNewPoints) {
       this.hasNewPoints = false;
       fire(this, 'map-painted');
