@@ -5,7 +5,7 @@
  * `npm run bench -- NAME...` runs those whose name contains one of the words. Names beginning with `run_` are whole runs, on one
  * core and on two; `sizes` lists the sizes of the page and of the engine's parts; `small_gicp` times that library on the same pair of
  * clouds, where it can be installed; kiddo and faer are timed beside our k-d tree and sparse Cholesky. `views` are drags and hovers on
- * the page.
+ * the page, and the map of a long log while it is moved and its slider drawn.
  */
 import { existsSync, readdirSync } from 'node:fs';
 import { cpus, totalmem } from 'node:os';
@@ -222,8 +222,11 @@ async function main() {
   let views = null;
   if (withViews) {
     console.error('views: drags and hovers on the page');
-    const { output } = await capture(process.execPath, [join(ROOT, 'scripts', 'bench_views.mjs')]);
-    views = JSON.parse(output.trim().split('\n').at(-1) ?? '');
+    const measured = async (/** @type {string} */ script) => {
+      const { output } = await capture(process.execPath, [join(ROOT, 'scripts', script)]);
+      return JSON.parse(output.trim().split('\n').at(-1) ?? '');
+    };
+    views = { ...(await measured('bench_views.mjs')), map: await measured('bench_map.mjs') };
   }
   const { output: rustc } = await capture('rustc', ['--version']);
   const machine = {

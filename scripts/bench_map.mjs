@@ -13,6 +13,7 @@ import { findChromium } from './steps.mjs';
 const NUM_SCANS = 13_631;
 const NUM_BEAMS = 180;
 const NUM_PICTURES = 120;
+const REST_MS = 1500;
 const SIZE = { width: 1200, height: 760 };
 
 const [folder = 'www/dist'] = process.argv.slice(2);
@@ -131,6 +132,7 @@ try {
   );
   const found = /** @type {Record<string, object>} */ ({});
   for (const name of ['moved', 'zoomed', 'slider_back', 'slider_on']) {
+    await page.waitForTimeout(REST_MS); // the hand goes from the one to the other
     const start = await processorTime();
     const { intervals, paints } = await page.evaluate(move, { name, num: NUM_PICTURES });
     const processor = tenth(((await processorTime()) - start) / NUM_PICTURES);

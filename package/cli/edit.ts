@@ -50,6 +50,9 @@ Further steps edit the map that the loops have made, and its grid, in their orde
     { "action": "rotate" }                  to the walls; "angle": 0.3 (rad) turns by that, counter-clockwise
     { "action": "anchor", "pairs": [{ "map": [0, 0], "world": [120, 45] }, { "map": [9, 2], "world": [129, 47] }] }
                                             onto known coordinates; "accuracy": 0.02 (m, standard deviation)
+    { "action": "lay_plan", "picture": "plan.png", "points": [{ "picture": [120, 40], "map": [0, 0] }, ...] }
+                                            a building plan behind the map, by three points or more: pixels right and down
+                                            from the upper left corner; "accuracy": 0.1 (m); { "action": "remove_plan" }
     { "action": "leave_out", "first": 10, "last": 19 }
 Poses, points and grid move together; a turn is about the map's origin. Painted and cropped is the grid of the main
 piece.
@@ -62,7 +65,8 @@ Options:
                      as in scanstitch reconstruct
   --set NAME=VALUE   one setting in place of that of the file; may be repeated
 
-Written into DIR: what scanstitch reconstruct writes; of a MAP, map.pgm and map.yaml.
+Written into DIR: what scanstitch reconstruct writes; where a plan is laid whose picture the file keeps, plan.png or
+plan.jpg with its world file; of a MAP, map.pgm and map.yaml.
 
 Examples:
   scanstitch edit drive.log drive.steps.json --out mended

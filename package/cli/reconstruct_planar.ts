@@ -1,21 +1,16 @@
 /** Planar scans to a trajectory, a map and a report. */
 import { basename } from 'node:path';
 import { zipSync } from 'fflate';
-import type {
-  ChangeKind,
-  CleaningReport,
-  Reconstruction,
-  ReconstructionResult,
-  RecordingChanges,
-  RefusedEdit,
-} from '../../pkg/scanstitch.js';
+import type { CleaningReport, Reconstruction, ReconstructionResult, RefusedEdit } from '../../pkg/scanstitch.js';
 import type { Note } from '../base/errors.js';
 import { printable } from '../base/printable.js';
 import type { Content } from '../files/content.js';
 import type { Mended } from '../files/recording.js';
 import type { OpenedRecording } from '../recording_reader.js';
 import { gridFiles } from '../report/grid_files.js';
+import { changeWords } from '../report/change_words.js';
 import { mapMcap } from '../report/map_mcap.js';
+import { planFiles } from '../report/plan_files.js';
 import { workbenchFiles } from '../report/workbench.js';
 import { nextTurn } from '../run/spatial_run.js';
 import { CommandError, isScanstitchError, table, untilInterrupt } from './command.js';
@@ -63,10 +58,12 @@ export async function reconstructPlanar(task: Task) {
     [map.name]: map.bytes,
     ...gridFiles(reconstruction),
     'report.json': reconstruction.report_json(),
+    ...planFiles(reconstruction.plan(), steps?.pictures),
     ...(changes.length > 0 && { 'changes.json': `${JSON.stringify(changes, null, 2)}\n` }),
     ...reportFile(result, reconstruction.map_points(), task),
     ...(await alsoWanted(task, reconstruction, {
       ...{ num_scans: result.frames.length, settings, steps: steps?.steps ?? [] },
+      ...(steps?.pictures && { pictures: steps.pictures }),
       ...(table !== undefined && { table }),
     })),
   });
@@ -79,20 +76,8 @@ export async function reconstructPlanar(task: Task) {
     note(`${odometry} gives the first guess of every scan.`);
   }
   result.notes.forEach((text) => (text === result.odometry_refusal ? complain(text) : note(text)));
-  changes.forEach((of) => note(changeWords(of)));
+  changes.forEach((of) => note(`${changeWords(of)}${of.changes.length > 0 ? ' See changes.json.' : ''}`));
   print(`${frameTable(result, milliseconds)}\n${headline(result, total)}Written to ${printable(options.out)}\n`);
-}
-
-/** What a recording shows otherwise than those before it. */
-function changeWords({ name, changes }: RecordingChanges) {
-  const count = (wanted: ChangeKind) => changes.filter(({ kind }) => kind === wanted).length;
-  const [largest] = changes;
-  if (!largest) return `${name} shows nothing new, and nothing gone.`;
-  const [x, y] = largest.middle.map((value) => value.toFixed(1));
-  const size = `${largest.size.toFixed(1)} m at ${x}, ${y}`;
-  const things = (wanted: ChangeKind) =>
-    `${count(wanted)} ${count(wanted) === 1 ? 'thing is' : 'things are'} ${wanted}`;
-  return `${name} against the recordings before it: ${things('new')}, ${things('gone')}, the largest ${size}; see changes.json.`;
 }
 
 /** The scans, under short names where those are distinct. */

@@ -21,7 +21,12 @@ export interface StepsFile {
   /** Settings of the reconstruction. */
   settings: Record<string, unknown>;
   steps: Edit[];
+  /** Of building plans that steps lay. */
+  pictures?: Pictures;
 }
+
+/** Bytes of pictures, by the names that steps call them. */
+export type Pictures = Readonly<Record<string, Uint8Array<ArrayBuffer>>>;
 
 /** Of a workbench. */
 export interface Mended extends StepsFile {

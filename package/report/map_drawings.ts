@@ -31,9 +31,13 @@ export function svg(lines: readonly Point[][]) {
 
 /** Six lines: the side of a pixel and its turn, and the middle of the upper left pixel (ESRI). */
 export function worldFile(grid: Omit<Grid, 'grey_values'>) {
-  const [along, down] = [grid.resolution * Math.cos(grid.yaw), grid.resolution * Math.sin(grid.yaw)];
-  const corner = inWorld(grid, [0.5, grid.height - 0.5]);
-  return `${[along, down, down, -along, ...corner].map((value) => value.toFixed(9)).join('\n')}\n`;
+  return worldLines(grid.resolution, grid.yaw, inWorld(grid, [0.5, grid.height - 0.5]));
+}
+
+/** The same of any picture: side of a pixel (m), turn (rad, counter-clockwise), middle of the upper left pixel (m). */
+export function worldLines(pixel: number, turn: number, middle: readonly number[]) {
+  const [along, down] = [pixel * Math.cos(turn), pixel * Math.sin(turn)];
+  return `${[along, down, down, -along, ...middle].map((value) => value.toFixed(9)).join('\n')}\n`;
 }
 
 function metres(value: number) {

@@ -1,6 +1,7 @@
 /** The file that keeps the steps by which a map was mended: what the page saves and the command line replays. */
-import type { Cell, Edit, KnownPlace, PlanarPose } from '../../pkg/scanstitch.js';
-import type { StepsFile } from '../files/recording.js';
+import type { Cell, Edit, KnownPlace, PlanarPose, PlanPoint } from '../../pkg/scanstitch.js';
+import { fromBase64, toBase64 } from '../base/base64.js';
+import type { Pictures, StepsFile } from '../files/recording.js';
 import { object, parsed, show } from './checked_json.js';
 
 /** Raised when an older reader could not replay what a newer writer keeps. */
@@ -8,9 +9,13 @@ const VERSION = 1;
 
 export type { StepsFile };
 
-/** The text of the file. */
-export function stepsText({ num_scans, settings, steps }: StepsFile) {
-  return `${JSON.stringify({ scanstitch_steps: VERSION, num_scans, settings, steps }, null, 1)}\n`;
+/** The text of the file, with the pictures that its steps name. */
+export function stepsText({ num_scans, settings, steps, pictures = {} }: StepsFile) {
+  const named = new Set(steps.map((step) => (step.action === 'lay_plan' ? step.picture : null)));
+  const kept = Object.entries(pictures).filter(([name]) => named.has(name));
+  const encoded = Object.fromEntries(kept.map(([name, bytes]) => [name, toBase64(bytes)]));
+  const file = { scanstitch_steps: VERSION, num_scans, settings, steps, ...(kept.length > 0 && { pictures: encoded }) };
+  return `${JSON.stringify(file, null, 1)}\n`;
 }
 
 /** Reads the file; throws an Error whose message says what is wrong with it. */
@@ -20,6 +25,7 @@ export function readSteps(text: string): StepsFile {
     num_scans,
     settings = {},
     steps,
+    pictures,
   } = object(parsed(text, 'file of steps'), 'the file');
   if (version === undefined) throw new Error('This is no file of steps: it has no "scanstitch_steps"');
   if (version !== VERSION)
@@ -29,7 +35,17 @@ export function readSteps(text: string): StepsFile {
     num_scans: count(num_scans, '"num_scans"'),
     settings: object(settings, '"settings"'),
     steps: steps.map((step, index) => readStep(step, `Step ${index + 1}`)),
+    ...(pictures !== undefined && { pictures: readPictures(object(pictures, '"pictures"')) }),
   };
+}
+
+function readPictures(pictures: Record<string, unknown>): Pictures {
+  const decoded = Object.entries(pictures).map(([name, value]) => {
+    const bytes = typeof value === 'string' ? fromBase64(value) : null;
+    if (!bytes) throw new Error(`The picture ${show(name)} is no base64`);
+    return [name, bytes] as const;
+  });
+  return Object.fromEntries(decoded);
 }
 
 type Action = Edit['action'];
@@ -53,6 +69,12 @@ const READERS: { [A in Action]: (step: Fields) => Omit<Extract<Edit, { action: A
     pairs: step.knownPlaces('pairs'),
     ...(step.has('accuracy') && { accuracy: step.number('accuracy') }),
   }),
+  lay_plan: (step) => ({
+    picture: step.text('picture'),
+    points: step.planPoints('points'),
+    ...(step.has('accuracy') && { accuracy: step.number('accuracy') }),
+  }),
+  remove_plan: () => ({}),
   leave_out: (step) => ({ first: step.count('first'), last: step.count('last') }),
 };
 
@@ -98,6 +120,12 @@ class Fields {
     return finite(this.#take(name), `${this.where}: "${name}"`);
   }
 
+  text(name: string): string {
+    const value = this.#take(name);
+    if (typeof value === 'string') return value;
+    throw new Error(`${this.where}: "${name}" is a text, not ${show(value)}`);
+  }
+
   flag(name: string): boolean {
     const value = this.#take(name) ?? false;
     if (typeof value === 'boolean') return value;
@@ -132,19 +160,33 @@ class Fields {
   }
 
   knownPlaces(name: string): KnownPlace[] {
+    return this.#pairs(name, ['map', '[x, y]'], ['world', '[X, Y]']).map(([map, world]) => ({ map, world }));
+  }
+
+  planPoints(name: string): PlanPoint[] {
+    return this.#pairs(name, ['picture', '[right, down]'], ['map', '[x, y]']).map(([picture, map]) => ({
+      picture,
+      map,
+    }));
+  }
+
+  /** Points that are known in two frames, each with how it is written. */
+  #pairs(name: string, ...[one, other]: [[string, string], [string, string]]): [Point, Point][] {
     const value = this.#take(name);
     const where = `${this.where}: "${name}"`;
-    const form = '{ "map": [x, y], "world": [X, Y] }';
+    const form = `{ "${one.join('": ')}, "${other.join('": ')} }`;
     if (!Array.isArray(value)) throw new Error(`${where} is a list of pairs ${form}, not ${show(value)}`);
     return value.map((pair: unknown, index) => {
-      const { map, world, ...rest } = object(pair, `${this.where}: Pair ${index + 1} of "${name}"`);
+      const {
+        [one[0]]: first,
+        [other[0]]: second,
+        ...rest
+      } = object(pair, `${this.where}: Pair ${index + 1} of "${name}"`);
       const [unknown] = Object.keys(rest);
       if (unknown !== undefined)
         throw new Error(`${this.where}: Pair ${index + 1} has ${show(unknown)}; a pair is ${form}`);
-      return {
-        map: this.#point(map, `oint "map" of pair ${index + 1}`),
-        world: this.#point(world, `oint "world" of pair ${index + 1}`),
-      };
+      const of = (frame: string) => `oint "${frame}" of pair ${index + 1}`;
+      return [this.#point(first, of(one[0])), this.#point(second, of(other[0]))];
     });
   }
 

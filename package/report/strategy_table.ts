@@ -1,5 +1,6 @@
 /** Results of strategies as rows: for CSV, Markdown and tables on a screen. One list of columns serves them all. */
 import type { MapQuality, StrategyErrors, StrategyResult, StrategyTiming, Trend } from '../../pkg/scanstitch.js';
+import { formatCount } from '../base/format_count.js';
 import { csv, markdown } from '../base/tables.js';
 
 /** What tables and figures read of a strategy: of frames in space, or of planar scans, which have no `map_bytes`. */
@@ -86,7 +87,7 @@ const COLUMNS: readonly Column[] = [
     unit: '',
     about: 'Points of the map after the last frame',
     value: ({ map_points }) => map_points,
-    shown: (value) => value.toLocaleString('en-US'),
+    shown: formatCount,
   },
   {
     name: 'map_bytes',

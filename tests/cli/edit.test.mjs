@@ -1,7 +1,7 @@
 // @ts-check
 /** `scanstitch edit`: steps taken, taken back and refused; files of steps that are wrong. */
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
+import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { BUILDING, driveLog } from './drive_log.mjs';
@@ -335,4 +335,63 @@ test('a map is anchored to known coordinates, with the residuals told, and pairs
   const read = await edited(wrong);
   assert.equal(read.status, 1);
   assert.match(read.stderr, /Step 1: Pair 1 has "word"; a pair is \{ "map": \[x, y\], "world": \[X, Y\] \}/);
+});
+
+test('a building plan is laid behind the map, with the residuals told, and written with its world file', async (t) => {
+  const folder = temporaryFolder(t);
+  const picture = Buffer.from('89504e470d0a1a0a0000000d4948445200000001000000010800000000', 'hex');
+  // 5 cm a pixel, turned by a right angle; the third point is 3 cm off.
+  const points = [
+    { picture: [0, 0], map: [2, -4] },
+    { picture: [400, 0], map: [2, 16] },
+    { picture: [400, 200], map: [12.03, 16] },
+  ];
+  const plan = { action: 'lay_plan', picture: 'floor 1.png', points };
+  const turn = { action: 'rotate', angle: Math.PI / 2 };
+  const kept = (/** @type {unknown[]} */ steps, /** @type {unknown} */ base64) =>
+    JSON.stringify({ ...JSON.parse(fileOf(steps)), pictures: { 'floor 1.png': base64 } });
+  const [log = '', laid = '', off = '', few = '', damaged = ''] = writeFiles(folder, {
+    'drive.log': driveLog(BUILDING, 0, NUM_SCANS),
+    'laid.json': kept([plan, turn], picture.toString('base64')),
+    'off.json': kept([plan, { action: 'remove_plan' }], picture.toString('base64')),
+    'few.json': fileOf([{ ...plan, points: points.slice(1) }]),
+    'damaged.json': kept([plan], '!'),
+  });
+  const edited = (/** @type {string} */ steps, /** @type {string} */ name) =>
+    scanstitch(['edit', log, steps, '--workbench', '--out', join(folder, name)]);
+  const { status, stderr } = await edited(laid, 'laid');
+  assert.equal(status, 0, stderr);
+  assert.match(stderr, /building plan floor 1\.png of 0\.0500 m a pixel laid, off by 0\.00\d, 0\.01\d, 0\.01\d m/);
+  assert.deepEqual(readFileSync(join(folder, 'laid', 'plan.png')), picture);
+  // The map was turned by a right angle after it: its rows run against the x axis, down is against y.
+  const world = readFileSync(join(folder, 'laid', 'plan.pgw'), 'utf8')
+    .trim()
+    .split('\n')
+    .map(Number);
+  const near = (/** @type {number} */ at, /** @type {number} */ value, /** @type {number} */ by) =>
+    assert.ok(Math.abs((world[at] ?? NaN) - value) < by, `${world}`);
+  [-0.05, 0, 0, 0.05].forEach((value, at) => near(at, value, 2e-4));
+  near(4, 4 - 0.025, 0.03);
+  near(5, 2 + 0.025, 0.03);
+  // What the workbench keeps is the same plan again.
+  const again = await scanstitch([
+    'reconstruct',
+    join(folder, 'laid', 'workbench.zip'),
+    '--out',
+    join(folder, 'again'),
+  ]);
+  assert.equal(again.status, 0, again.stderr);
+  const names = ['plan.png', 'plan.pgw', 'report.json', 'map.pgm'];
+  assert.deepEqual(resultsIn(join(folder, 'again'), names), resultsIn(join(folder, 'laid'), names));
+
+  assert.equal((await edited(off, 'off')).status, 0);
+  assert.equal(existsSync(join(folder, 'off', 'plan.png')), false);
+  for (const [steps, message] of /** @type {const} */ ([
+    [few, /Step 1: the plan has 2 points/],
+    [damaged, /The picture "floor 1\.png" is no base64/],
+  ])) {
+    const refused = await edited(steps, 'refused');
+    assert.equal(refused.status, 1);
+    assert.match(refused.stderr, message);
+  }
 });

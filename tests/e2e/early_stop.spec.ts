@@ -1,5 +1,6 @@
 /** Stop, before there is anything to compute with: the files or the engine are still on their way. */
 import { test } from '@playwright/test';
+import { BUILDING, driveLog } from '../cli/drive_log.mjs';
 import { answered, noteAnswers } from './answers.js';
 import { hold } from './held.js';
 import { expect, sampleScans, ScanstitchPage } from './scanstitch_page.js';
@@ -71,7 +72,8 @@ test('a log that waits for the full engine: nothing is computed, and the scans b
   await app.drop([{ name: 'walk.log', content: [0, 1, 2].map((time) => `${scan} ${time} robot ${time}\n`).join('') }]);
   await expect(page.getByText('Reading 1 scan')).toBeVisible();
   await page.getByRole('button', { name: 'Stop' }).click();
-  await expect(app.messages).toContainText('Reading was stopped');
+  await expect(app.messages).toContainText('Reading was stopped: none of it is used');
+  await expect(app.messages).toContainText('Note');
   await page.clock.runFor(LONG);
   await release();
   await expect(app.messages).not.toContainText('crashed');
@@ -97,4 +99,25 @@ test('frames that wait for the engine are computed by Continue', async ({ page }
   await page.getByRole('button', { name: 'Continue' }).click();
   expect((await spatial.stitched()).result.frames).toHaveLength(5);
   expect(spatial.app.faults).toEqual([]);
+});
+
+test('a log that the engine is busy reading is left, though it cannot be interrupted, and the map before it stays', async ({
+  page,
+}) => {
+  const app = new ScanstitchPage(page);
+  await page.clock.install();
+  await app.open();
+  await app.drop([{ name: 'drive.log', content: driveLog(BUILDING, 0, 66) }]);
+  const { result } = await app.stitched();
+  await app.drop([{ name: 'long.log', content: driveLog(BUILDING, 0, 66).repeat(120) }]);
+  await expect(page.getByText(/Reading (1 scan|long\.log)/)).toBeVisible();
+  await page.getByRole('button', { name: 'Stop' }).click();
+  await page.clock.runFor(LONG);
+  await expect(app.messages).toContainText('Reading was stopped: none of it is used');
+  await expect(app.messages).not.toContainText(/crashed|wrong/);
+  await expect(page.locator('.title')).toHaveText('drive.log');
+  await app.setting('Strategy').selectOption('scan_to_map');
+  await expect.poll(async () => (await app.stitched()).result.settings.strategy).toBe('scan_to_map');
+  expect(result.frames).toHaveLength(66);
+  expect(app.faults).toEqual([]);
 });

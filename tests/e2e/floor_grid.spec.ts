@@ -41,6 +41,7 @@ test('the map is cut to a band of heights, flattened, and saved as the command l
   await expect(slider('From over the floor')).toHaveAttribute('aria-valuetext', '0.30 m');
   await map.getByRole('button', { name: 'Make the grid' }).click();
   await expect(map.getByAltText(/^The grid from above: \d{2,} cells occupied, \d{3,} free$/)).toBeVisible();
+  await expect(map.getByText(/^\d+ × \d+ cells of 50\.0.mm: [\d\u202f]+ occupied, [\d\u202f]+ free$/)).toBeVisible();
   const saved = await gridFrom(page, () => map.getByRole('button', { name: 'Save the grid' }).click());
   expect(Object.keys(saved)).toEqual(['map.pgm', 'map.yaml']);
   expect(saved['map.yaml']?.toString()).toMatch(/# Flattened from 0\.3 to 1\.5 m over the floor\. /);

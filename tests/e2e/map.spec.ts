@@ -34,6 +34,29 @@ test('the slider builds the map scan by scan, and plays to the end', async ({ ap
   await expect(page.getByRole('button', { name: /^Play/ })).toBeVisible();
 });
 
+test('points that the slider lays on the map and takes off leave it as it is painted anew, with a selected scan on top', async ({
+  app,
+  page,
+}) => {
+  const slider = page.getByRole('slider', { name: 'Scans shown' });
+  /** Other colours and back: all points are painted again. */
+  const anew = async (): Promise<string> => {
+    await page.getByRole('button', { name: 'Dark colours' }).click();
+    await app.picture();
+    await page.getByRole('button', { name: 'Light colours' }).click();
+    await page.mouse.move(0, 0);
+    return app.picture();
+  };
+  for (const selected of [false, true]) {
+    if (selected) await app.row('3.ply').click();
+    for (const shown of ['4', '9', '6', '5', '10', '1', '7']) {
+      await slider.fill(shown);
+      await page.mouse.move(0, 0);
+      expect(await app.picture(), `${shown} scans`).toBe(await anew());
+    }
+  }
+});
+
 test('keys, drags and the wheel move, zoom, turn and fit the map', async ({ app, page }) => {
   const [x, y] = await app.placeOnMap(150, 120);
   const fitted = await app.worldAt(x, y);

@@ -1,16 +1,8 @@
 /** A map that is mended on the page: a wrong loop from a file of steps, found and removed; what the command line makes of the steps. */
-import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
-import { tmpdir } from 'node:os';
-import { join } from 'node:path';
-import { type Locator } from '@playwright/test';
-import { unzipSync } from 'fflate';
-import { BUILDING, driveLog } from '../cli/drive_log.mjs';
-import { scanstitch, writeFiles } from '../cli/support.mjs';
-import { expectNamedControls, findWeakContrast } from './access.js';
-import { expect, overflowOf, type ScanstitchPage, test } from './scanstitch_page.js';
+import { readFileSync } from 'node:fs';
+import { expectForEverybody, expectReplayed, LOG, mendTheLog, NUM_SCANS } from './mended.js';
+import { expect, test } from './scanstitch_page.js';
 
-const NUM_SCANS = 66;
-const LOG = driveLog(BUILDING, 0, NUM_SCANS);
 /** As if two scans 9 m apart had been taken at one place. */
 const WRONG = { action: 'add_loop', target: 5, source: 55, T_target_source: { x: 0, y: 0, theta: 0 }, unchecked: true };
 
@@ -19,14 +11,6 @@ const stepsFile = (...steps: object[]): { name: string; mimeType: string; buffer
   mimeType: 'application/json',
   buffer: Buffer.from(JSON.stringify({ scanstitch_steps: 1, num_scans: NUM_SCANS, settings: {}, steps })),
 });
-
-/** The log, stitched, with the panel open. */
-async function mendTheLog(app: ScanstitchPage): Promise<Locator> {
-  await app.drop([{ name: 'drive.log', content: LOG }]);
-  await app.stitched();
-  await app.stage.press('m');
-  return app.page.locator('scanstitch-mend');
-}
 
 test('a wrong loop is found and removed by three clicks, undone by a key, and replayed on the command line', async ({
   empty: app,
@@ -63,24 +47,11 @@ test('a wrong loop is found and removed by three clicks, undone by a key, and re
   await app.stitched();
 
   // The steps as they are now, saved, and the results of both.
-  const saving = page.waitForEvent('download');
-  await panel.getByRole('button', { name: 'Save the steps' }).click();
-  const folder = mkdtempSync(join(tmpdir(), 'scanstitch-mend-'));
-  const steps = readFileSync(await (await saving).path());
-  const [log = '', file = ''] = writeFiles(folder, { 'drive.log': LOG, 'drive.steps.json': steps });
-  const replayed = await scanstitch(['edit', log, file, '--g2o', '--out', folder]);
-  expect(replayed.status, replayed.stderr).toBe(0);
-  await page.getByRole('button', { name: 'Export' }).click();
-  const exporting = page.waitForEvent('download');
-  await page.getByRole('menuitem', { name: /^Everything/ }).click();
-  const exported = unzipSync(readFileSync(await (await exporting).path()));
-  for (const name of ['trajectory.tum', 'map.ply', 'report.json', 'map.pgm']) {
-    expect(Buffer.from(exported[name] ?? []).equals(readFileSync(join(folder, name))), name).toBe(true);
-  }
-  const saved = page.waitForEvent('download');
-  await panel.getByRole('button', { name: 'Save the graph' }).click();
-  expect(readFileSync(await (await saved).path()).equals(readFileSync(join(folder, 'graph.g2o')))).toBe(true);
-  rmSync(folder, { recursive: true });
+  await expectReplayed(app, [], async ({ written }) => {
+    const saved = page.waitForEvent('download');
+    await panel.getByRole('button', { name: 'Save the graph' }).click();
+    expect(readFileSync(await (await saved).path()).equals(written('graph.g2o'))).toBe(true);
+  });
 
   // The workbench is the same map again, with its steps.
   await page.getByRole('button', { name: 'Export' }).click();
@@ -118,13 +89,7 @@ test('a loop is proposed by two scans, refused with the reason, and the panel is
   expect(await app.worldAt(x, y)).toBe(before);
   expect(await app.picture()).not.toBe(picture);
 
-  await expectNamedControls(page);
-  for (const scheme of ['Dark', 'Light']) {
-    await page.getByRole('button', { name: `${scheme} colours` }).click();
-    await expect.poll(() => page.evaluate(findWeakContrast)).toEqual([]);
-  }
-  await page.setViewportSize({ width: 390, height: 844 });
-  expect(await overflowOf(page)).toBeLessThanOrEqual(0);
+  await expectForEverybody(page);
   // What it changes may be out of sight there, the decision is not.
   await expect(panel.getByRole('button', { name: 'Back' })).toBeInViewport({ ratio: 1 });
 });
@@ -201,31 +166,12 @@ test('the grid is painted by hand and by numbers, cropped and turned to the wall
   await app.stitched();
   await expect(taken).toHaveText('4 steps taken');
 
-  const saving = page.waitForEvent('download');
-  await panel.getByRole('button', { name: 'Save the steps' }).click();
-  const folder = mkdtempSync(join(tmpdir(), 'scanstitch-grid-'));
-  const steps = readFileSync(await (await saving).path());
-  const actions = JSON.parse(steps.toString()).steps.map(({ action }: { action: string }) => action);
-  expect(actions).toEqual(['paint_line', 'paint_rectangle', 'rotate', 'paint_polygon']);
-  const [log = '', file = ''] = writeFiles(folder, { 'drive.log': LOG, 'drive.steps.json': steps });
-  const replayed = await scanstitch(['edit', log, file, '--out', folder]);
-  expect(replayed.status, replayed.stderr).toBe(0);
-  await page.getByRole('button', { name: 'Export' }).click();
-  const exporting = page.waitForEvent('download');
-  await page.getByRole('menuitem', { name: /^Everything/ }).click();
-  const exported = unzipSync(readFileSync(await (await exporting).path()));
-  for (const name of ['trajectory.tum', 'map.ply', 'report.json', 'map.pgm', 'map.yaml']) {
-    expect(Buffer.from(exported[name] ?? []).equals(readFileSync(join(folder, name))), name).toBe(true);
-  }
-  rmSync(folder, { recursive: true });
+  await expectReplayed(app, [], ({ steps }) => {
+    const actions = JSON.parse(steps.toString()).steps.map(({ action }: { action: string }) => action);
+    expect(actions).toEqual(['paint_line', 'paint_rectangle', 'rotate', 'paint_polygon']);
+  });
 
-  await expectNamedControls(page);
-  for (const scheme of ['Dark', 'Light']) {
-    await page.getByRole('button', { name: `${scheme} colours` }).click();
-    await expect.poll(() => page.evaluate(findWeakContrast)).toEqual([]);
-  }
-  await page.setViewportSize({ width: 390, height: 844 });
-  expect(await overflowOf(page)).toBeLessThanOrEqual(0);
+  await expectForEverybody(page);
 });
 
 test('points of the map are measured by hand, by numbers and by keys, and a place tells the scans that saw it', async ({
@@ -283,13 +229,7 @@ test('points of the map are measured by hand, by numbers and by keys, and a plac
   await take('500', '0');
   await expect(panel.getByText(/^0 scans at/)).toBeVisible();
 
-  await expectNamedControls(page);
-  for (const scheme of ['Dark', 'Light']) {
-    await page.getByRole('button', { name: `${scheme} colours` }).click();
-    await expect.poll(() => page.evaluate(findWeakContrast)).toEqual([]);
-  }
-  await page.setViewportSize({ width: 390, height: 844 });
-  expect(await overflowOf(page)).toBeLessThanOrEqual(0);
+  await expectForEverybody(page);
 });
 
 test('the map is anchored to known coordinates, refused where they contradict each other, undone, and replayed to the same bytes', async ({
@@ -341,21 +281,7 @@ test('the map is anchored to known coordinates, refused where they contradict ea
   expect(Math.abs(Math.sin(theta - before.theta - Math.PI / 2))).toBeLessThan(0.02);
   await expect(panel.getByRole('heading', { name: '1 step taken' })).toBeVisible();
 
-  const saving = page.waitForEvent('download');
-  await panel.getByRole('button', { name: 'Save the steps' }).click();
-  const folder = mkdtempSync(join(tmpdir(), 'scanstitch-anchor-'));
-  const steps = readFileSync(await (await saving).path());
-  const [log = '', file = ''] = writeFiles(folder, { 'drive.log': LOG, 'drive.steps.json': steps });
-  const replayed = await scanstitch(['edit', log, file, '--out', folder]);
-  expect(replayed.status, replayed.stderr).toBe(0);
-  await page.getByRole('button', { name: 'Export' }).click();
-  const exporting = page.waitForEvent('download');
-  await page.getByRole('menuitem', { name: /^Everything/ }).click();
-  const exported = unzipSync(readFileSync(await (await exporting).path()));
-  for (const name of ['trajectory.tum', 'map.ply', 'report.json', 'map.pgm', 'map.yaml']) {
-    expect(Buffer.from(exported[name] ?? []).equals(readFileSync(join(folder, name))), name).toBe(true);
-  }
-  rmSync(folder, { recursive: true });
+  await expectReplayed(app, []);
   await app.stage.press('Control+z');
   await expect.poll(first).toEqual(before);
 });

@@ -163,3 +163,18 @@ test('on a phone and in the dark the dialog fits', async ({ app, page }, info) =
   expect(overflow).toBeLessThanOrEqual(0);
   await info.attach('dialog', { body: await page.screenshot(), contentType: 'image/png' });
 });
+
+test('positions alone are told to be a trajectory, by the names of their columns or a negative number, and are not asked about as ranges', async ({
+  empty: app,
+  page,
+}) => {
+  for (const content of [
+    `x [m],y [m]\n${PLACES.map((x) => `${x + 1},${2 * x + 1}\n`).join('')}`,
+    PLACES.map((x) => `${x} ${-2 * x}\n`).join(''),
+  ]) {
+    await app.drop([{ name: 'walk.csv', content }]);
+    await expect(app.messages).toContainText('This is a trajectory, but there are no scans to compare with it yet');
+    await expect(page.getByRole('dialog')).toBeHidden();
+    await app.messages.getByRole('button', { name: 'Dismiss the messages' }).click();
+  }
+});

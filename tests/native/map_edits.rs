@@ -3,7 +3,7 @@
 use scanstitch::geometry::{Pose2, RigidMotion};
 use scanstitch::io::laser_log;
 use scanstitch::map::occupancy_grid::{Cell, OccupancyGrid};
-use scanstitch::pipeline::planar::{Edit, KnownPlace, Reconstruction};
+use scanstitch::pipeline::planar::{Edit, KnownPlace, PlanPoint, Reconstruction};
 use scanstitch::pipeline::report::Stage;
 use scanstitch::pipeline::settings::Settings;
 use scanstitch_scene::drive::{Drive, DriveOptions};
@@ -172,6 +172,78 @@ fn pairs_that_coincide_or_contradict_each_other_are_refused_with_the_figure() {
         assert!(error.contains(expected), "{error}");
     }
     edited(&mut office, &[Edit::Anchor { pairs: scaled, accuracy: Some(0.2) }]);
+}
+
+/// A plan of 2 cm a pixel whose picture is turned by `turn`, with its upper left corner at `corner`: four of its points.
+fn on_plan(corner: [f64; 2], turn: f64) -> Vec<PlanPoint> {
+    let T = Pose2::new(nalgebra::Vector2::from(corner), turn);
+    let point = |picture: [f64; 2]| {
+        let at = T.act(&nalgebra::Vector2::new(0.02 * picture[0], -0.02 * picture[1]));
+        PlanPoint { picture, map: at.into() }
+    };
+    [[100.0, 40.0], [900.0, 60.0], [880.0, 700.0], [150.0, 650.0]].map(point).to_vec()
+}
+
+fn lay(points: Vec<PlanPoint>, accuracy: Option<f64>) -> Edit {
+    Edit::LayPlan { picture: "plan.png".to_owned(), points, accuracy }
+}
+
+#[test]
+fn a_plan_lies_where_its_points_fit_best_is_moved_with_the_map_and_taken_off_and_changes_nothing_else() {
+    let (mut office, _) = office();
+    let (report, grid) = (office.result(), office.occupancy_grid(0.05));
+    edited(&mut office, &[lay(on_plan([-3.0, 9.0], 0.3), None)]);
+    let placed = office.plan().cloned().unwrap();
+    assert!((placed.pixel - 0.02).abs() < 1e-12 && (placed.turn - 0.3).abs() < 1e-12, "{placed:?}");
+    assert!((placed.corner[0] + 3.0).hypot(placed.corner[1] - 9.0) < 1e-9 && placed.contradiction.is_none());
+    assert!(placed.residuals.len() == 4 && placed.residuals.iter().all(|&residual| residual < 1e-9), "{placed:?}");
+    let laid = office.result();
+    assert!(laid.frames == report.frames && office.occupancy_grid(0.05) == grid);
+    let note = "The map was mended by hand: building plan plan.png of 0.0200 m a pixel laid, off by 0.000, 0.000, 0.000, 0.000 m.";
+    assert!(laid.notes.contains(&note.to_owned()), "{:?}", laid.notes);
+    // A map that is turned afterwards takes it along; another plan takes its place.
+    edited(&mut office, &[lay(on_plan([-3.0, 9.0], 0.3), None), Edit::Rotate { angle: Some(0.5) }]);
+    let turned = office.plan().cloned().unwrap();
+    let corner = Pose2::rotation(0.5).act(&nalgebra::Vector2::new(-3.0, 9.0));
+    assert!((turned.corner[0] - corner.x).hypot(turned.corner[1] - corner.y) < 1e-9, "{turned:?}");
+    assert!((turned.turn - 0.8).abs() < 1e-12);
+    let point = Pose2::rotation(0.5).act(&placed.points[2].map.into());
+    assert!((turned.points[2].map[0] - point.x).hypot(turned.points[2].map[1] - point.y) < 1e-9);
+    edited(&mut office, &[lay(on_plan([5.0, 5.0], 0.0), None), lay(on_plan([-3.0, 9.0], 0.3), None)]);
+    assert_eq!(office.plan(), Some(&placed));
+    edited(&mut office, &[lay(on_plan([-3.0, 9.0], 0.3), None), Edit::RemovePlan]);
+    assert_eq!((office.plan(), office.result()), (None, report));
+}
+
+#[test]
+fn points_of_a_plan_that_contradict_each_other_are_told_with_the_residual_of_each() {
+    let mut points = on_plan([0.0, 0.0], 1.0);
+    points[1].map[0] += 1.5;
+    let placed = Reconstruction::preview_plan(&lay(points.clone(), None)).unwrap().unwrap();
+    let told = placed.contradiction.unwrap();
+    assert!(told.contains("point 2 is off by 0.75 m") && placed.residuals.len() == 4, "{told} {:?}", placed.residuals);
+    assert_eq!(Reconstruction::preview_plan(&lay(points.clone(), Some(1.0))).unwrap().unwrap().contradiction, None);
+    assert_eq!(Reconstruction::preview_plan(&Edit::RemovePlan).unwrap(), None);
+    // The report says so as well; the plan is laid all the same, for a building is not always as it was drawn.
+    let (mut office, _) = office();
+    edited(&mut office, &[lay(points.clone(), None)]);
+    let notes = office.result().notes;
+    assert!(notes.iter().any(|note| note.contains("its points do not fit each other")), "{notes:?}");
+    let same = PlanPoint { picture: [1.0, 1.0], map: [0.0, 0.0] };
+    for (points, accuracy, expected) in [
+        (points[..2].to_vec(), None, "Step 1: the plan has 2 points"),
+        (vec![same; 3], None, "Step 1: the points are all at one place"),
+        (vec![PlanPoint { picture: [f64::NAN, 0.0], ..same }; 3], None, "Step 1: \"points\" has the number NaN"),
+        (points.clone(), Some(-1.0), "Step 1: the accuracy is -1 m"),
+        (
+            points.iter().map(|p| PlanPoint { map: [4.5e6, 0.0], ..*p }).collect(),
+            None,
+            "Step 1: the map's coordinate 4500000 m",
+        ),
+    ] {
+        let error = office.set_edits(&[lay(points, accuracy)]).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
 }
 
 #[test]

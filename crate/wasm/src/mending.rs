@@ -6,7 +6,7 @@ use wasm_bindgen::prelude::*;
 use crate::thrown::Thrown;
 
 use crate::{Reconstruction, from_object, plain};
-use scanstitch::pipeline::planar::{Consequence, Edit, GraphLoops, RefusedEdit, ScanAt};
+use scanstitch::pipeline::planar::{Consequence, Edit, GraphLoops, PlacedPlan, RefusedEdit, ScanAt};
 
 #[wasm_bindgen]
 extern "C" {
@@ -69,5 +69,22 @@ impl Reconstruction {
     #[wasm_bindgen(unchecked_return_type = "RefusedEdit[]")]
     pub fn unused_edits(&self) -> Result<Vec<Ts<RefusedEdit>>, Thrown> {
         Ok(self.engine.unused_edits().iter().map(plain).collect())
+    }
+
+    /// The building plan that steps have laid behind the map; undefined where there is none.
+    ///
+    /// # Errors
+    /// No input causes an error.
+    pub fn plan(&self) -> Result<Option<Ts<PlacedPlan>>, Thrown> {
+        Ok(self.engine.plan().map(plain))
+    }
+
+    /// Where a step `lay_plan` would lay its picture in the map as it is, how far its points are off, and whether they fit each other.
+    ///
+    /// # Errors
+    /// When it is another step, or not valid.
+    pub fn preview_plan(&self, steps: Edits) -> Result<Option<Ts<PlacedPlan>>, Thrown> {
+        let placed = edits(steps)?.last().map(scanstitch::pipeline::planar::Reconstruction::preview_plan);
+        Ok(placed.transpose()?.flatten().as_ref().map(plain))
     }
 }

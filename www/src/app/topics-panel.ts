@@ -6,7 +6,7 @@ import { type Choice, ROLES, SOURCES, type TopicFacts, type Wishes } from '../..
 import type { ListedBag } from '../../../package/recording_reader.js';
 import { type Choices, list } from '../components/list-field.js';
 import { shared, wrap } from '../components/theme.js';
-import { plural } from '../views/format.js';
+import { formatCount, plural } from '../views/format.js';
 import { fire } from '../components/fire.js';
 
 export type { Wishes };
@@ -108,7 +108,7 @@ export class ScanstitchTopics extends LitElement {
         ${topic.name}<small>${problem ? `${problem[0]?.toUpperCase()}${problem.slice(1)}` : about}</small>
       </th>
       <td><span class="muted package">${owner}/</span>${name}</td>
-      <td class="number">${topic.count.toLocaleString('en')}</td>
+      <td class="number">${formatCount(topic.count)}</td>
       <td class="number">${topic.rate === null ? '' : topic.rate.toFixed(1)}</td>
       <td>${uses.length > 0 ? this.renderSelect(facts) : html`<span class="muted">nothing</span>`}</td>
     </tr>`;

@@ -58,9 +58,9 @@ export class DropTarget implements ReactiveController {
   };
 
   #drop = (event: DragEvent): void => {
+    this.#become(0);
     if (!event.dataTransfer || !hasFiles(event)) return;
     keep(event);
-    this.#become(0);
     this.#take(event.dataTransfer, event);
   };
 

@@ -14,6 +14,8 @@ export interface Message {
   /** "line 12", "byte 4096", or empty. */
   place: string;
   text: string;
+  /** Of the box, where it is not about a fault. */
+  title?: string;
   /** What to do; empty where nothing can be done. */
   remedy: string;
   /** Does what failed once more, where that may help. */
@@ -192,6 +194,7 @@ function heading({ file, place }: Message): TemplateResult | typeof nothing {
 function title(messages: readonly Message[], num_errors: number): string {
   const [only] = messages;
   if (messages.length === 1 && only) {
+    if (only.title !== undefined) return only.title;
     if (only.kind === 'note') return 'Note';
     return only.file ? 'A file could not be used' : 'Something went wrong';
   }

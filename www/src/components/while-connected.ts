@@ -5,14 +5,16 @@ interface Heard extends WindowEventMap, DocumentEventMap {
   change: Event;
 }
 
+/** `capture`: before what is inside the target hears of it. */
 export function whileConnected<K extends keyof Heard>(
   host: ReactiveControllerHost,
   target: EventTarget,
   type: K,
   listener: (event: Heard[K]) => void,
+  capture = false,
 ): void {
   host.addController({
-    hostConnected: () => target.addEventListener(type, listener as EventListener),
-    hostDisconnected: () => target.removeEventListener(type, listener as EventListener),
+    hostConnected: () => target.addEventListener(type, listener as EventListener, capture),
+    hostDisconnected: () => target.removeEventListener(type, listener as EventListener, capture),
   });
 }

@@ -3,7 +3,7 @@ import { customElement, property, state } from 'lit/decorators.js';
 import { baseName } from '../views/format.js';
 import { context2d, pngOf } from '../views/canvas.js';
 import { MapCanvas, type MapContent } from '../views/map-canvas.js';
-import type { MapLayer } from '../views/map-layer.js';
+import type { MapExtra, MapLayer } from '../views/map-layer.js';
 import type { BeforeMap, Layers, MapMarks } from '../views/map-painter.js';
 import { poseAt } from '../views/path-painter.js';
 import { mapBounds } from '../views/map-bounds.js';
@@ -35,6 +35,8 @@ const NO_MARKS: MapMarks = {
 const SMALL_WIDTH = 640;
 /** The map is in motion until the hand has rested for so long. */
 const REST_MS = 90;
+/** A map that has rested for so long is not growing: the slider may be next. */
+const IDLE_MS = 500;
 
 /**
  * The map: points, paths and poses on a canvas that pans and zooms.
@@ -61,12 +63,16 @@ export class ScanstitchMap extends FlatMap {
   @property({ attribute: false }) fitKey: unknown = null;
   /** What lies over it and takes gestures first; null: nothing. */
   @property({ attribute: false }) layer: MapLayer | null = null;
+  /** What else is drawn. */
+  @property({ attribute: false }) extras: readonly MapExtra[] = [];
   /** Whether the map can be mended. */
   @property({ type: Boolean }) canMend = false;
   /** Without the buttons on it. */
   @property({ type: Boolean, reflect: true }) bare = false;
 
   @state() private layers: Layers = { grid: true, occupancy: false, path: true, reference: true };
+  /** Labels of what else could be drawn. */
+  @state() private switchedOff: readonly string[] = [];
   @state() private hovered: number | null = null;
 
   /** First frame of the only piece that is shown; null: all are. */
@@ -111,13 +117,8 @@ export class ScanstitchMap extends FlatMap {
     const previous = changed.get('marks');
     const isSlid = changed.has('marks') && previous?.until !== this.marks.until;
     if (isSlid && !changed.has('points')) this.lastMotion = performance.now();
-    const repaint =
-      changed.has('points') ||
-      changed.has('dark') ||
-      changed.has('colors') ||
-      isSlid ||
-      (changed.has('marks') && previous?.selected !== this.marks.selected);
-    if (repaint) this.mapCanvas?.invalidate();
+    if (changed.has('points') || changed.has('dark') || changed.has('colors')) this.mapCanvas?.invalidate();
+    else if (isSlid || (changed.has('marks') && previous?.selected !== this.marks.selected)) this.mapCanvas?.slide();
     this.requestPaint();
   }
 
@@ -188,16 +189,28 @@ export class ScanstitchMap extends FlatMap {
 
   protected override renderAfter(): unknown {
     const numUncertain = this.marks.uncertainLinks.filter(Boolean).length;
-    if (this.pieces.length + numUncertain === 0) return nothing;
+    const legends = this.shownExtras.flatMap(({ legend }) => legend ?? []);
+    if (this.pieces.length + numUncertain === 0)
+      return legends.length > 0 ? html`<div class="legend">${legends}</div>` : nothing;
     import('./map-legend.js').catch(() => undefined); // the map is the same without it
-    return html`<scanstitch-map-legend
-      .pieces=${this.pieces}
-      .shown=${this.shownPiece}
-      .numUncertain=${numUncertain}
-      .num_lost=${this.marks.statuses.filter((status) => status === 'lost').length}
-      ?compact=${this.surface.size.width < SMALL_WIDTH}
-      @piece-wanted=${({ detail }: CustomEvent<Piece | null>) => this.showPiece(detail)}
-    ></scanstitch-map-legend>`;
+    return html`<div class="legend">
+      ${legends}<scanstitch-map-legend
+        .pieces=${this.pieces}
+        .shown=${this.shownPiece}
+        .numUncertain=${numUncertain}
+        .num_lost=${this.marks.statuses.filter((status) => status === 'lost').length}
+        ?compact=${this.surface.size.width < SMALL_WIDTH}
+        @piece-wanted=${({ detail }: CustomEvent<Piece | null>) => this.showPiece(detail)}
+      ></scanstitch-map-legend>
+    </div>`;
+  }
+
+  private get shownExtras(): readonly MapExtra[] {
+    return this.extras.filter(({ label }) => !this.switchedOff.includes(label));
+  }
+
+  private showExtra(label: string, shown: boolean): void {
+    this.switchedOff = shown ? this.switchedOff.filter((other) => other !== label) : [...this.switchedOff, label];
   }
 
   protected override renderLayers(): TemplateResult {
@@ -207,6 +220,7 @@ export class ScanstitchMap extends FlatMap {
       ${layer('path', 'Path and poses')}
       ${this.marks.reference.length > 0 ? layer('reference', `Ground truth: ${baseName(this.referenceName)}`) : nothing}
       ${this.hasOccupancy ? layer('occupancy', 'Occupancy in place of points') : nothing} ${layer('grid', 'Grid')}
+      ${this.extras.map(({ label, sign }) => layerBox(label, sign, !this.switchedOff.includes(label), (shown) => this.showExtra(label, shown)))}
     `);
   }
 
@@ -238,7 +252,8 @@ export class ScanstitchMap extends FlatMap {
     const isExact = this.mapCanvas?.paint(this.content(), this.view, isInMotion) ?? true;
     this.layer?.paint(context2d(this.canvas), this.surface.size, this.view, this.dark);
     clearTimeout(this.restTimer);
-    if (!isExact) this.restTimer = setTimeout(() => this.requestPaint(), REST_MS + 10);
+    const prepare = (): void => this.mapCanvas?.prepare(this.content(), this.view);
+    this.restTimer = isExact ? setTimeout(prepare, IDLE_MS) : setTimeout(() => this.requestPaint(), REST_MS + 10);
     if (this.hasNewPoints) {
       this.hasNewPoints = false;
       fire(this, 'map-painted');
@@ -253,6 +268,7 @@ export class ScanstitchMap extends FlatMap {
       colors,
       layers,
       occupancy,
+      extras: this.shownExtras,
       dark,
       before: this.map_before,
       only: this.shownPiece?.frames ?? null,
@@ -327,6 +343,37 @@ export class ScanstitchMap extends FlatMap {
         width: 9px;
         height: 9px;
         border-radius: 50%;
+      }
+      .legend {
+        grid-area: legend;
+        max-height: 30cqh;
+        overflow: auto;
+      }
+      .changes {
+        padding: 5px 12px;
+        border-top: 1px solid var(--line);
+        background: var(--surface);
+        font-size: calc(12.5 * var(--px));
+        list-style: none;
+      }
+      .changes :is(li, span) {
+        display: flex;
+        flex-wrap: wrap;
+        align-items: center;
+        gap: 0 6px;
+      }
+      .changes li {
+        column-gap: 14px;
+      }
+      .sign.plan {
+        height: 12px;
+        border: 1px dashed var(--muted);
+      }
+      .sign.moved {
+        width: 10px;
+        height: 10px;
+        margin-inline: 6px;
+        border: 2px solid light-dark(#c24e00, #ffa94d);
       }
       .sign.reference {
         border-top: 2px dashed light-dark(#b4530a, #ffad5c);

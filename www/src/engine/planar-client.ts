@@ -12,6 +12,7 @@ import type {
   EngineFacts,
   InputFile,
   Inputs,
+  PlacedPlan,
   ReadOutcome,
   PlanarApi,
   PlanarEvent,
@@ -36,8 +37,8 @@ export interface PlanarListener extends WorkerFaults {
   loaded(inputs: Inputs, told: ReadOutcome): void;
   progress(progress: Progress): void;
   snapshot(state: RunState, snapshot: Snapshot): void;
-  /** A setting the engine does not take. */
-  rejected(problem: Problem): void;
+  /** A setting the engine does not take, or a step: all stays as it is. */
+  rejected(problem: Problem, isStep?: boolean): void;
   /** The map is being mended, but for these steps. */
   refused(steps: readonly RefusedEdit[]): void;
   /** The worker died; a new one is starting with the same inputs. */
@@ -51,6 +52,9 @@ const STOP_PATIENCE_MS = 4000;
 const MAX_FIRST_BYTES = 1e6;
 /** The pieces of longer recordings are searched for in each other, which the full engine alone can. */
 const MAX_FIRST_SCANS = 99;
+
+/** What is told of files that are not wanted any more. */
+const STOPPED_READING = { notes: [{ file: '', text: 'Reading was stopped: none of it is used' }], isStopped: true };
 
 type Host = WorkerHost<PlanarApi, PlanarEvent>;
 
@@ -73,6 +77,8 @@ export class PlanarClient {
   #candidate: Inputs | null = null;
   /** The file being read, to know the culprit of a crash. */
   #reading: string | null = null;
+  /** Whether the worker has not reacted to a stop yet. */
+  #isStopping = false;
   #stopTimer: ReturnType<typeof setTimeout> | undefined;
 
   constructor(listener: PlanarListener) {
@@ -120,7 +126,8 @@ export class PlanarClient {
       (error: unknown) => {
         // The engine has kept them.
         this.#steps = before;
-        throw error;
+        if (!(error instanceof EngineProblem)) throw error;
+        this.#listener.rejected(error.problem, true);
       },
     );
     this.#order(mended);
@@ -129,6 +136,11 @@ export class PlanarClient {
   /** What a step would change after those that were taken. */
   previewEdit(step: Edit): Promise<Consequence> {
     return this.#host.call('previewEdit', [...this.#steps, step]);
+  }
+
+  /** Where a step would lay a building plan behind the map as it is. */
+  previewPlan(step: Edit): Promise<PlacedPlan | null> {
+    return this.#host.call('previewPlan', [step]);
   }
 
   /** The scans with beams that met a cell of this side (m); the full engine alone tells them. */
@@ -142,15 +154,17 @@ export class PlanarClient {
       // The full engine is on its way, or reads.
       this.#run++;
       this.#listener.slow(false);
-      this.#keepFirst('Reading was stopped: none of it is used', '');
+      this.#keepFirst(STOPPED_READING);
       return;
     }
     const host = this.#host;
     clearTimeout(this.#stopTimer);
+    this.#isStopping = true;
     let isAnswered = false;
     // What it answers is the reaction, also where there was nothing to stop.
     const answered = host.call('stop').then(() => {
       isAnswered = true;
+      this.#isStopping = false;
       clearTimeout(this.#stopTimer);
     });
     this.#order(answered);
@@ -302,14 +316,15 @@ export class PlanarClient {
   /** What is shown stays where only the full engine cannot be had. */
   #onUnavailable(message: string): void {
     clearTimeout(this.#stopTimer);
-    if (this.#firstHost && this.#candidate) this.#keepFirst(message, 'Try again when the network is there');
-    else this.#listener.unavailable(message);
+    if (this.#firstHost && this.#candidate) {
+      const remedy = 'Try again when the network is there';
+      this.#keepFirst({ problems: [{ file: '', place: null, problem: message, remedy }] });
+    } else this.#listener.unavailable(message);
   }
 
   /** What the small engine holds stays; nothing of what the full one was to read is used. */
-  #keepFirst(problem: string, remedy: string): void {
-    const problems: Problem[] = [{ file: '', place: null, problem, remedy }];
-    this.#onLoaded({ accepted: [], refused: [], problems, notes: [] });
+  #keepFirst(told: Partial<ReadOutcome>): void {
+    this.#onLoaded({ accepted: [], refused: [], problems: [], notes: [], ...told });
   }
 
   /**
@@ -321,7 +336,12 @@ export class PlanarClient {
     const culprit = this.#reading;
     this.#reading = null;
     this.#start();
-    if (this.#candidate && culprit !== null) {
+    if (this.#candidate && this.#isStopping) {
+      this.#host.succeeded(); // a large file that was being read, and no crash
+      this.#isStopping = false;
+      this.#keepFirst(STOPPED_READING);
+      if (this.#inputs) this.load(this.#inputs, this.#settings, this.#steps);
+    } else if (this.#candidate && culprit !== null) {
       this.#host.succeeded(); // the file is to blame, not the engine
       this.#listener.rejected({
         file: culprit,

@@ -44,6 +44,8 @@ type FullOnly = Pick<
   | 'set_edits'
   | 'set_odometry'
   | 'changes'
+  | 'plan'
+  | 'preview_plan'
   | 'unused_edits'
 >;
 /** That of the full engine tells more of a grid that was read from a file. */
@@ -95,6 +97,7 @@ const api: Omit<Served<PlanarApi>, keyof Tables> = {
     if (!consequence) throw nothingLoaded();
     return consequence;
   },
+  previewPlan: (steps) => reconstruction?.preview_plan?.(steps) ?? null,
   ask: <K extends keyof Answers>(kind: K, frame: number) => answer(kind, frame) as Answers[K],
   scansAt: (x, y, side) => reconstruction?.scans_at?.(x, y, side) ?? [],
 };
@@ -147,8 +150,9 @@ async function readScans(
   run: number,
   next: Reconstruction,
   scans: readonly InputFile[],
-  { accepted, problems, notes }: ReadOutcome,
+  loaded: ReadOutcome,
 ): Promise<number | null> {
+  const { accepted, problems, notes } = loaded;
   const total = scans.length;
   let loadMs = 0;
   let sliceStart = performance.now();
@@ -163,13 +167,8 @@ async function readScans(
     if (currentRun !== run) return null;
     if (!isReading) {
       const howFar = total > 1 ? ` after ${index + 1} of ${total} files` : '';
-      problems.push({
-        file: '',
-        place: null,
-        problem: `Reading was stopped${howFar}: none of it is used`,
-        remedy: '',
-      });
-      accepted.length = 0;
+      notes.push({ file: '', text: `Reading was stopped${howFar}: none of it is used` });
+      [loaded.isStopped, accepted.length] = [true, 0];
       break;
     }
     sliceStart = performance.now();
@@ -302,6 +301,7 @@ function answer(kind: keyof Answers, frame: number): Answers[keyof Answers] {
   if (kind === 'correspondences' || kind === 'history') return reconstruction[kind](frame);
   if (kind === 'scan_to_map') return scanToMap(reconstruction, frame);
   if (kind === 'occupancy_grid') return occupancyGrid(reconstruction);
+  if (kind === 'plan') return reconstruction.plan?.() ?? null;
   if (kind === 'gridFiles') return gridFiles(reconstruction);
   const told = reconstruction[kind]?.();
   if (told === undefined) throw nothingLoaded();

@@ -9,12 +9,14 @@ import type {
   FrameResult as EngineFrameResult,
   GraphLoops,
   IterationRecord,
+  PlacedPlan,
   PlanarPose,
   Preset as EnginePreset,
   SettingDescription as EngineSettingDescription,
   Settings as EngineSettings,
   Progress,
   ReconstructionResult,
+  RecordingChanges,
   RefusedEdit,
   ScanAt,
   TableFacts,
@@ -154,6 +156,9 @@ export interface Answers {
   graph_loops: GraphLoops;
   graph_g2o: string;
   unused_edits: RefusedEdit[];
+  changes: RecordingChanges[];
+  /** The building plan behind the map; null where there is none. */
+  plan: PlacedPlan | null;
 }
 
 /** What became of the files that were to be read. */
@@ -165,6 +170,8 @@ export interface ReadOutcome {
   problems: Problem[];
   /** What is worth knowing of the files, though nothing is lost. */
   notes: { file: string; text: string }[];
+  /** Whether somebody stopped it: none of it is used. */
+  isStopped?: boolean;
 }
 
 /** The worker of planar scans. `run` numbers the client's orders: events of an order that has been overtaken are dropped. */
@@ -181,6 +188,8 @@ export interface PlanarApi {
   mend(run: number, steps: readonly Edit[]): RefusedEdit[];
   /** What the last of these steps would change. */
   previewEdit(steps: readonly Edit[]): Consequence;
+  /** Where the last of these steps lays a plan; null where it lays none. */
+  previewPlan(steps: readonly Edit[]): PlacedPlan | null;
   /** The scans with beams that met a cell of this side (m). */
   scansAt(x: number, y: number, side: number): ScanAt[];
   /** A table as it would be read by `format`, or by a guess, with one of its scans; null where the file is no table. */

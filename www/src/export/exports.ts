@@ -2,6 +2,7 @@
 import type { Answers, Edit, InputFile, Inputs } from '../engine/protocol.js';
 import { Remote } from '../engine/remote.js';
 import { startWorker } from '../engine/start.js';
+import type { Pictures } from '../../../package/files/recording.js';
 import type { reportHtml } from '../../../package/report/report.js';
 import type { WallFormat } from '../../../package/report/wall_mesh.js';
 import type { ZipApi } from './zip-worker.js';
@@ -21,6 +22,7 @@ export interface Sources {
     settings: object | null;
     facts: { presets: readonly { settings: object }[] } | null;
     client: { steps: readonly Edit[] } | null;
+    pictures: Pictures;
   };
   report: ReportSource;
 }
@@ -60,7 +62,10 @@ export async function makeExport(id: ExportItem['id'], sources: Sources): Promis
   }
 }
 
-async function benchOf({ opened: { dataset, settings, facts, client }, frameNames }: Sources): Promise<Files> {
+async function benchOf({
+  opened: { dataset, settings, facts, client, pictures },
+  frameNames,
+}: Sources): Promise<Files> {
   const { workbenchFiles } = await import('../../../package/report/workbench.js');
   const file = ({ name, bytes }: InputFile) => ({ path: name, bytes: new Uint8Array(bytes) });
   const { scans = [], reference = null, odometry = null } = dataset ?? {};
@@ -69,6 +74,7 @@ async function benchOf({ opened: { dataset, settings, facts, client }, frameName
     num_scans: frameNames.length,
     settings: changedSettings(settings, facts?.presets[0]?.settings),
     steps: [...(client?.steps ?? [])],
+    pictures,
     ...(table !== undefined && { table }),
     scans: scans.map((scan) => ({ ...file(scan), isLog: scan.isLog ?? false })),
     reference: reference && file(reference),
@@ -109,11 +115,13 @@ async function mcapOf({ ask, points: { points, offsets } }: Sources): Promise<Ui
 type Files = Record<string, Uint8Array>;
 
 async function allFiles(sources: Sources): Promise<Files> {
+  const { planFiles } = await import('../../../package/report/plan_files.js');
   return {
     'trajectory.tum': utf8(await sources.ask('trajectory_tum')),
     ...(await matricesOf(sources)),
     'map.ply': await plyBytes(sources),
     ...bytesOf(await sources.ask('gridFiles')),
+    ...bytesOf(planFiles(await sources.ask('plan'), sources.opened.pictures)),
     'map.png': new Uint8Array(await (await sources.picture()).arrayBuffer()),
     'report.json': utf8(await sources.ask('report_json')),
     'report.html': new Uint8Array(await (await reportOf(sources)).arrayBuffer()),

@@ -4,6 +4,7 @@ import { type Context, DARK_MAP, LIGHT_MAP } from '../views/map-painter.js';
 import { cssColor } from '../views/palette.js';
 import { type Size, toScreenX, toScreenY, toWorld, type Viewport } from '../views/viewport.js';
 import type { GridTools, Place } from './grid-tools.js';
+import { paintDots, paintNumbered } from './numbered-places.js';
 
 /** As the cells are drawn on the map, but for a tint that shows them on cells of their kind. */
 const FILLS = { occupied: 'rgb(20 20 20 / 75%)', free: 'rgb(255 255 255 / 75%)', unknown: 'rgb(128 128 128 / 75%)' };
@@ -30,7 +31,8 @@ export function gridLayer(tools: GridTools, keys: Record<string, () => void>): M
 }
 
 function paint(tools: GridTools, ctx: Context, size: Size, view: Viewport, dark: boolean): void {
-  const color = cssColor((dark ? DARK_MAP : LIGHT_MAP).selected);
+  const theme = dark ? DARK_MAP : LIGHT_MAP;
+  const color = cssColor(theme.selected);
   const onScreen = ([x, y]: Place): [number, number] => [toScreenX(view, size, x, y), toScreenY(view, size, x, y)];
   const [from, to] = tools.places;
   ctx.save();
@@ -75,18 +77,7 @@ function paint(tools: GridTools, ctx: Context, size: Size, view: Viewport, dark:
     ctx.lineWidth = 2;
     ctx.strokeRect(Math.min(x0, x1), Math.min(y0, y1), Math.abs(x1 - x0), Math.abs(y1 - y0));
   }
-  ctx.fillStyle = color;
-  for (const place of tools.places) {
-    ctx.beginPath();
-    ctx.arc(...onScreen(place), 6, 0, 2 * Math.PI);
-    ctx.fill();
-  }
-  if (tools.tool === 'anchor') {
-    ctx.font = '600 13px system-ui, sans-serif';
-    tools.places.forEach((place, at) => {
-      const [x, y] = onScreen(place);
-      ctx.fillText(String(at + 1), x + 9, y - 7);
-    });
-  }
+  if (tools.tool === 'anchor') paintNumbered(ctx, tools.places.map(onScreen), color, theme.halo);
+  else paintDots(ctx, tools.places.map(onScreen), color);
   ctx.restore();
 }

@@ -1,9 +1,10 @@
 /** The part of the panel beside the map that edits its grid. */
-import { css, html, nothing, type TemplateResult } from 'lit';
+import { html, nothing, type TemplateResult } from 'lit';
 import type { Cell } from '../engine/protocol.js';
 import { formatFixed } from '../views/format.js';
 import type { GridTool, GridTools } from './grid-tools.js';
 import type { Mending } from './mending.js';
+import { choice, number, numbersOf, pointForm } from './panel-fields.js';
 
 const TOOLS: readonly (readonly [GridTool, string])[] = [
   ['line', 'Line'],
@@ -97,19 +98,7 @@ function endFields(grid: GridTools): TemplateResult {
 /** The next corner of a polygon. */
 function cornerFields(grid: GridTools): TemplateResult {
   const count = grid.corners.length;
-  return html`<form
-      class="fields"
-      @submit=${(event: SubmitEvent) => {
-        event.preventDefault();
-        const [x = NaN, y = NaN] = numbersOf(event);
-        if (!Number.isFinite(x) || !Number.isFinite(y)) return;
-        grid.addCorner([x, y]);
-        (event.target as HTMLFormElement).reset();
-      }}
-    >
-      ${number('Corner x', 'Corner x (m)', null)} ${number('y', 'Corner y (m)', null)}
-      <button>Add</button>
-    </form>
+  return html`${pointForm('Corner', 'Add', (corner) => grid.addCorner(corner))}
     <div class="actions">
       <span role="status">${count === 1 ? '1 corner' : `${count} corners`}</span>
       <button ?disabled=${count === 0} @click=${() => grid.removeCorner()}>Remove the last</button>
@@ -120,7 +109,7 @@ function cornerFields(grid: GridTools): TemplateResult {
 function knownFields(grid: GridTools): TemplateResult {
   return html`${grid.known.map(
       ({ map, world }, at) =>
-        html`<div class="fields" role="group" aria-label="Place ${at + 1}">
+        html`<div class="fields known" role="group" aria-label="Place ${at + 1}">
           <span class="number">${at + 1}: ${map.map((value) => formatFixed(value, 2)).join(', ')} m is</span>
           ${(['X', 'Y'] as const).map((name, axis) =>
             number(name, `${name} of place ${at + 1} (m)`, world[axis] ?? null, (to) => grid.typeKnown(at, axis, to)),
@@ -134,83 +123,3 @@ function knownFields(grid: GridTools): TemplateResult {
       <button ?disabled=${grid.known.length === 0} @click=${() => grid.removeCorner()}>Remove the last</button>
     </div>`;
 }
-
-/** Buttons of which one is pressed. */
-export function choice<T extends string>(
-  label: string,
-  options: readonly (readonly [T, string, string?])[],
-  chosen: T,
-  take: (option: T) => void,
-): TemplateResult {
-  return html`<div class="choice" role="group" aria-label=${label}>
-    ${options.map(
-      ([option, words, hint]) =>
-        html`<button aria-pressed=${option === chosen} title=${hint ?? nothing} @click=${() => take(option)}>
-          ${label === 'Paint as' ? html`<i class="cell ${option}"></i>` : nothing}${words}
-        </button>`,
-    )}
-  </div>`;
-}
-
-export function number(
-  label: string,
-  name: string,
-  value: number | null,
-  take?: (value: number) => void,
-): TemplateResult {
-  return html`<label
-    >${label}<input
-      type="number"
-      step="any"
-      aria-label=${name}
-      .value=${value === null ? '' : String(value)}
-      @change=${({ target }: Event) => take?.((target as HTMLInputElement).valueAsNumber)}
-  /></label>`;
-}
-
-export function numbersOf(event: SubmitEvent): number[] {
-  const inputs = (event.target as HTMLFormElement).querySelectorAll('input');
-  return [...inputs].map((input) => input.valueAsNumber);
-}
-
-export const gridStyles = css`
-  .choice {
-    display: flex;
-    flex-wrap: wrap;
-    gap: 4px;
-  }
-  .choice button {
-    flex: 1 0 auto;
-    gap: 4px;
-    min-width: 0;
-    padding-inline: 4px;
-    font-size: calc(13 * var(--px));
-  }
-  .choice button[aria-pressed='true'] {
-    border-color: var(--accent);
-    box-shadow: inset 0 0 0 1px var(--accent);
-  }
-  .cell {
-    flex: none;
-    width: 11px;
-    height: 11px;
-    border: 1px solid var(--line-strong);
-    background: #fff;
-  }
-  .cell.occupied {
-    background: #141414;
-  }
-  .cell.unknown {
-    background: #8d8d8d;
-  }
-  .fields label {
-    min-width: calc(52 * var(--px));
-  }
-  .fields button {
-    align-self: end;
-  }
-  .fields input {
-    appearance: textfield;
-    padding-inline: 6px;
-  }
-`;

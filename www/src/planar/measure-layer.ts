@@ -6,9 +6,7 @@ import { cssColor } from '../views/palette.js';
 import { type Size, toScreenX, toScreenY, toWorld, type Viewport } from '../views/viewport.js';
 import type { Place } from './grid-tools.js';
 import type { MapMeasuring } from './map-measuring.js';
-
-/** Half the length of the cross (CSS pixels). */
-const CROSS = 9;
+import { paintCross } from './numbered-places.js';
 
 export function measureLayer(measuring: MapMeasuring, keys: Record<string, () => void>): MapLayer {
   return {
@@ -44,7 +42,7 @@ function paint({ mode, points, place, scans, side }: MapMeasuring, pen: Pen): vo
     for (const { laser, num_ended: ended } of scans ?? []) pen.beam(laser, place, ended > 0);
     pen.cell(place, side);
   }
-  pen.cross();
+  paintCross(pen.ctx, pen.size, pen.theme.text);
 }
 
 class Pen {
@@ -124,21 +122,6 @@ class Pen {
     ctx.strokeStyle = this.#color;
     ctx.lineWidth = 2;
     ctx.strokeRect(x - half, y - half, 2 * half, 2 * half);
-    ctx.restore();
-  }
-
-  cross(): void {
-    const { ctx, size } = this;
-    const [x, y] = [size.width / 2, size.height / 2];
-    ctx.save();
-    ctx.strokeStyle = this.theme.text;
-    ctx.lineWidth = 1;
-    ctx.beginPath();
-    ctx.moveTo(x - CROSS, y);
-    ctx.lineTo(x + CROSS, y);
-    ctx.moveTo(x, y - CROSS);
-    ctx.lineTo(x, y + CROSS);
-    ctx.stroke();
     ctx.restore();
   }
 }

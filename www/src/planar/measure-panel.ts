@@ -5,7 +5,7 @@ import { facts } from '../run/facts.js';
 import { formatFixed, plural } from '../views/format.js';
 import { formatAngle } from '../views/pose-format.js';
 import type { Place } from './grid-tools.js';
-import { choice, number, numbersOf } from './grid-panel.js';
+import { choice, number, pointForm } from './panel-fields.js';
 import { angleAt, areaOf, crossesItself, directionOf, lengthOf, type MapMeasuring } from './map-measuring.js';
 
 const MODES = [
@@ -32,7 +32,7 @@ export function measurePanel(
       }
     </p>
     ${facts([['Under the cross', cross ? placeWords([cross.x, cross.y], cross.decimals) : '']], 'number')}
-    ${placeFields(measuring)}
+    ${pointForm('Point', 'Take', (place) => measuring.take(place))}
     <div class="actions">
       <button ?disabled=${isEmpty} title="Backspace" @click=${() => measuring.back()}>Remove the last</button>
       <button ?disabled=${isEmpty} title="Escape" @click=${() => measuring.clear()}>Clear</button>
@@ -43,22 +43,6 @@ export function measurePanel(
 
 const placeWords = ([x, y]: Place, decimals = 2): string =>
   `x ${formatFixed(x, decimals)} m, y ${formatFixed(y, decimals)} m`;
-
-function placeFields(measuring: MapMeasuring): TemplateResult {
-  return html`<form
-    class="fields"
-    @submit=${(event: SubmitEvent) => {
-      event.preventDefault();
-      const [x = NaN, y = NaN] = numbersOf(event);
-      if (!Number.isFinite(x) || !Number.isFinite(y)) return;
-      measuring.take([x, y]);
-      (event.target as HTMLFormElement).reset();
-    }}
-  >
-    ${number('x', 'Point x (m)', null)} ${number('y', 'Point y (m)', null)}
-    <button>Take</button>
-  </form>`;
-}
 
 /** What the points tell. */
 function pointFacts(places: readonly Place[]): TemplateResult | typeof nothing {

@@ -1,6 +1,7 @@
 /** The panel beside a map that is mended: its loops, the one that is looked at, the step that is prepared. */
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
+import { isImageName } from '../../../package/files/kinds.js';
 import { facts } from '../run/facts.js';
 import { fire } from '../components/fire.js';
 import { iconButton } from '../components/icon-button.js';
@@ -15,10 +16,13 @@ import type { MapLayer } from '../views/map-layer.js';
 import type { Status } from '../views/map-painter.js';
 import { composed } from './loop-poses.js';
 import { gridLayer } from './grid-layer.js';
-import { gridPanel, gridStyles } from './grid-panel.js';
+import { gridPanel } from './grid-panel.js';
 import { fitOf, loopLayer } from './loop-layer.js';
 import { measureLayer } from './measure-layer.js';
 import { measurePanel, measureStyles } from './measure-panel.js';
+import { fieldStyles } from './panel-fields.js';
+import { planLayer } from './plan-layer.js';
+import { planPanel, planStyles } from './plan-panel.js';
 import { type Draft, type MendPart, Mending } from './mending.js';
 
 export { Mending };
@@ -26,6 +30,7 @@ export { Mending };
 /** What lies over the map. */
 export function mendLayer(mending: Mending): MapLayer {
   if (mending.part === 'measure') return measureLayer(mending.measuring, mending.keys);
+  if (mending.part === 'plan') return planLayer(mending.plan, mending.keys);
   return mending.isOnGrid ? gridLayer(mending.grid, mending.keys) : loopLayer(mending);
 }
 
@@ -45,6 +50,7 @@ export class ScanstitchMend extends LitElement {
   constructor() {
     super();
     whileConnected(this, document, 'keydown', (event) => this.onKey(event));
+    whileConnected(this, document, 'drop', (event) => this.onDrop(event), true);
   }
 
   protected override firstUpdated(): void {
@@ -60,6 +66,14 @@ export class ScanstitchMend extends LitElement {
 
   private close(): void {
     fire(this, 'closed');
+  }
+
+  /** A picture is the plan, wherever it is dropped while one is laid. */
+  private onDrop(event: DragEvent): void {
+    const [file, ...others] = event.dataTransfer?.files ?? [];
+    if (this.mending.part !== 'plan' || !file || !isImageName(file.name) || others.length > 0) return;
+    event.preventDefault();
+    void this.mending.plan.choose(file);
   }
 
   private onKey(event: KeyboardEvent): void {
@@ -84,6 +98,7 @@ export class ScanstitchMend extends LitElement {
     const { loops, draft, problem, isOnGrid, part, measuring } = this.mending;
     const body = (): TemplateResult => {
       if (isOnGrid) return gridPanel(this.mending);
+      if (part === 'plan') return planPanel(this.mending);
       if (part === 'measure')
         return measurePanel(measuring, this.selected, (scan) => fire(this, 'frame-selected', scan));
       if (problem !== '') return html`<p>${problem}</p>`;
@@ -97,7 +112,7 @@ export class ScanstitchMend extends LitElement {
       </header>
       <div class="choice" role="group" aria-label="What is mended">
         ${this.renderPart('loops', 'Loops')} ${this.renderPart('grid', 'Grid and frame')}
-        ${this.renderPart('measure', 'Measure')}
+        ${this.renderPart('plan', 'Plan')} ${this.renderPart('measure', 'Measure')}
       </div>
       ${body()} ${part === 'measure' ? nothing : this.renderSteps()}`;
   }
@@ -259,7 +274,8 @@ export class ScanstitchMend extends LitElement {
     shared,
     panelStyles,
     statusStyles,
-    gridStyles,
+    fieldStyles,
+    planStyles,
     measureStyles,
     css`
       :host {

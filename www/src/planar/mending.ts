@@ -10,6 +10,7 @@ import type { MapLayer } from '../views/map-layer.js';
 import { GridTools } from './grid-tools.js';
 import { composed, inverse } from './loop-poses.js';
 import { MapMeasuring } from './map-measuring.js';
+import { PlanTools } from './plan-tools.js';
 import type { PlanarSession } from './session.js';
 
 /** A step that is not taken yet: a loop to be taken out, or scans between which one is to be put in. */
@@ -23,8 +24,8 @@ const KEY_STEP = 0.1;
 /** ... and a bracket turns it by this (rad). */
 const KEY_TURN = Math.PI / 36;
 
-/** Loops are mended, the grid and the frame of the map edited, and the map is measured. */
-export type MendPart = 'loops' | 'grid' | 'measure';
+/** Loops are mended, the grid and the frame of the map edited, a plan is laid behind the map, and it is measured. */
+export type MendPart = 'loops' | 'grid' | 'plan' | 'measure';
 
 /** What is said of a step. */
 const TAKEN: Partial<Record<Edit['action'], string>> = {
@@ -41,6 +42,7 @@ export class Mending {
   part: MendPart = 'loops';
   readonly grid = new GridTools(() => this.#changed());
   readonly measuring: MapMeasuring;
+  readonly plan: PlanTools;
   /** Why there is nothing to mend; empty where there is. */
   problem = '';
   #layer: MapLayer | null = null;
@@ -53,6 +55,7 @@ export class Mending {
     readonly layerOf: (mending: Mending) => MapLayer,
   ) {
     this.measuring = new MapMeasuring(session, () => this.#changed());
+    this.plan = new PlanTools(session, () => this.#changed());
     // Computed anew by the full engine, the map has its loops.
     if (session.client?.prepareToMend()) this.#snapshot = session.snapshot;
     else this.follow();
@@ -102,6 +105,10 @@ export class Mending {
       [this.loops, this.problem] = [loops, problem];
       this.#changed();
     };
+    void session.ask('plan').then(
+      (laid) => session.snapshot === snapshot && void this.plan.adopt(laid),
+      () => undefined, // the session tells of it
+    );
     session.ask('graph_loops').then(
       (loops) => settle(loops, ''),
       (error: unknown) => settle(null, messageOf(error)),
@@ -163,6 +170,10 @@ export class Mending {
         ...(!measuring.isEmpty && { Escape: () => measuring.clear() }),
       };
     }
+    if (this.part === 'plan') {
+      const { plan } = this;
+      return { Enter: () => plan.tapMap(plan.cross), Backspace: () => plan.remove(plan.pairs.length - 1) };
+    }
     const back = this.draft && { Escape: () => this.prepare(null) };
     if (this.draft?.kind !== 'new' || !this.draft.pose) return { ...back };
     return {
@@ -208,6 +219,19 @@ export class Mending {
     this.#mend([...this.steps, step]);
   }
 
+  /** Lays the plan as its points have it. */
+  layPlan(): void {
+    const { step } = this.plan;
+    if (!step || !this.isDone) return;
+    this.session.announce('The plan lies behind the map.');
+    this.#mend([...this.steps, step]);
+  }
+
+  removePlan(): void {
+    this.session.announce('The plan is taken off.');
+    this.#mend([...this.steps, { action: 'remove_plan' }]);
+  }
+
   /** Turns the map (rad); null: to its walls. */
   rotate(angle: number | null): void {
     this.grid.clear();
@@ -233,7 +257,8 @@ export class Mending {
   save(): void {
     const { poses, steps, session } = this;
     if (!session.dataset) return;
-    const text = stepsText({ num_scans: poses.length, settings: this.#changedSettings, steps: [...steps] });
+    const { pictures } = session;
+    const text = stepsText({ num_scans: poses.length, settings: this.#changedSettings, steps: [...steps], pictures });
     download({ name: `${session.dataset.title}.steps.json`, blob: new Blob([text], { type: 'application/json' }) });
   }
 
@@ -252,11 +277,12 @@ export class Mending {
   async open(file: File): Promise<void> {
     const { session, poses } = this;
     try {
-      const { num_scans: numScans, steps, settings } = readSteps(await file.text());
+      const { num_scans: numScans, steps, settings, pictures } = readSteps(await file.text());
       if (numScans !== poses.length) {
         const scans = plural(numScans, 'scan');
         throw new Error(`The steps are for a recording of ${scans}, and this one has ${poses.length}`);
       }
+      session.pictures = { ...session.pictures, ...pictures };
       this.#mend(steps);
       const [defaults] = session.facts?.presets ?? [];
       const isOther = JSON.stringify(settings) !== JSON.stringify(this.#changedSettings);

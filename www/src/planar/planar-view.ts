@@ -171,7 +171,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     this.session.address = this.address;
     const { session, selected, wantsOccupancy } = this;
     const { snapshot, phase } = session;
-    this.mendSwitch.mending?.follow();
+    this.mendSwitch.follow();
     const scan = phase === 'crashed' ? null : selected;
     this.history.want(selected, [snapshot], scan === null ? null : () => session.ask('history', scan));
     const hasPairs = this.pairsShown !== 'none';
@@ -236,6 +236,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
         this.wantsOccupancy = detail;
       }}
       .layer=${this.mendSwitch.mending?.layer ?? null}
+      .extras=${this.mendSwitch.extras}
       ?canMend=${session.phase === 'done' || this.mendSwitch.mending !== null}
       @mending-wanted=${this.mendSwitch.toggle}
       .description=${this.mapWords()}

@@ -1,3 +1,4 @@
+import type { Message } from '../components/messages.js';
 import { errorMessage, noneUsable, noteMessage, RunSession } from '../components/session.js';
 import { type Dataset, hasLog, type Opened } from '../datasets/dataset.js';
 import type { Intake } from '../datasets/take-in.js';
@@ -8,11 +9,13 @@ import type {
   InputFile,
   Inputs,
   ReadOutcome,
+  RefusedEdit,
   Progress,
   RunState,
   Settings,
   Snapshot,
 } from '../engine/protocol.js';
+import type { Pictures } from '../../../package/files/recording.js';
 import { messageOf } from '../engine/message-of.js';
 import type { Address } from '../views/address.js';
 import { baseName, formatLength, plural } from '../views/format.js';
@@ -26,6 +29,14 @@ const READING_INTERVAL_MS = 50;
 /** How the engine's note on a table begins. The page has a line of its own for it, with a button. */
 const NOTE_ON_TABLE = 'A table of ranges, read as ';
 
+/** Of a message about a step of mending that the map or the engine does not take. */
+const NOT_TAKEN = 'The step was not taken';
+
+function refusal({ index, reason }: RefusedEdit): Message {
+  const problem = `Step ${index + 1} was not taken: ${reason}`;
+  return { ...errorMessage({ file: '', place: null, problem, remedy: '' }), title: NOT_TAKEN };
+}
+
 /** A run of laser scans in the plane: inputs, settings, result, messages. */
 export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, Snapshot> {
   points: PointSet = NO_POINTS;
@@ -37,6 +48,8 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   lookDirection = 0;
   /** Tables of ranges, and what their columns are; null before files are taken in. */
   tables: TableImports | null = null;
+  /** Of building plans that steps lay, by the names that these call them. */
+  pictures: Pictures = {};
   /** Whether the page's address is the page's own, to read formats of tables from and to write them into. */
   address: Address | null = null;
   /** What the engine is to be given, or is reading. */
@@ -55,9 +68,8 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
       loaded: (inputs, told) => this.#onLoaded(inputs, told),
       progress: (progress) => this.#onProgress(progress),
       snapshot: (state, snapshot) => this.#onSnapshot(state, snapshot),
-      rejected: (problem) => this.tell([errorMessage(problem)]),
-      refused: (steps) =>
-        steps.forEach(({ index, reason }) => this.report(`Step ${index + 1} was not taken: ${reason}`)),
+      rejected: (problem, isStep) => this.tell([{ ...errorMessage(problem), ...(isStep && { title: NOT_TAKEN }) }]),
+      refused: (steps) => steps.length > 0 && this.tell(steps.map(refusal)),
       crashed: (message) => this.#onCrashed(message),
       ...this.faults,
     });
@@ -256,6 +268,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.progress = 0;
     this.activity = `Reading ${plural(dataset.scans.length, 'scan')}`;
     const { mended } = dataset;
+    if (mended?.pictures) this.pictures = mended.pictures;
     if (mended && this.facts) this.settings = { ...this.facts.presets[0]?.settings, ...mended.settings } as Settings;
     if (this.facts && this.settings)
       this.client?.load(
@@ -282,7 +295,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.changed();
   }
 
-  #onLoaded(inputs: Inputs, { accepted, problems, notes }: ReadOutcome): void {
+  #onLoaded(inputs: Inputs, { accepted, problems, notes, isStopped }: ReadOutcome): void {
     const candidate = this.#candidate;
     this.#candidate = null;
     if (!candidate) return;
@@ -290,7 +303,8 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     const messages = [...problems.map(errorMessage), ...told.map(({ file, text }) => noteMessage(file, text))];
     if (accepted.length === 0) {
       this.keepResult();
-      if (this.snapshot) messages.push(noteMessage('', 'No scan could be read, so the result on the page stays'));
+      if (this.snapshot && !isStopped)
+        messages.push(noteMessage('', 'No scan could be read, so the result on the page stays'));
     } else {
       this.phase = 'running';
       this.#isNewDataset = this.dataset?.title !== candidate.title || this.dataset.scans.length !== accepted.length;

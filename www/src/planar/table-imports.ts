@@ -2,6 +2,7 @@
  * Tables of ranges among the files that are opened: what their columns are is guessed, or taken from the page's address, and
  * asked for where neither tells.
  */
+import { latin1 } from '../../../package/files/heads.js';
 import type { Dataset } from '../datasets/dataset.js';
 import type { InputFile, TableFacts } from '../engine/protocol.js';
 import type { Address } from '../views/address.js';
@@ -61,7 +62,8 @@ export class TableImports {
     const asFormat = (format: string): Intake => withFormat(intake, file === alone ? [file] : tables, format);
     const isClear = facts.problem === '' && facts.doubt === '';
     if (file === alone) {
-      const mayBeReadings = READING_COLUMNS.includes(facts.num_columns) && !TRAJECTORY_NAME.test(file.name);
+      const isPath = TRAJECTORY_NAME.test(file.name) || isOfPositions(file);
+      const mayBeReadings = READING_COLUMNS.includes(facts.num_columns) && !isPath;
       if (!mayBeReadings) return load(intake);
     } else if (isClear) {
       for (const { name } of tables) this.#guessed.set(name, facts.format);
@@ -103,6 +105,22 @@ export class TableImports {
     this.request = { name: file.name, facts, describe };
     this.#hooks.changed();
   }
+}
+
+/** So much of a table is looked at (bytes). */
+const LOOKED_AT = 2 ** 16;
+const NAME_OF_X = /^(?:[a-z]*[._])?(?:x|easting)(?:[_([].*)?$/i;
+const NAME_OF_Y = /^(?:[a-z]*[._])?(?:y|northing)(?:[_([].*)?$/i;
+
+/** Whether columns are named x and y, or numbers behind the first column are negative, as no range is. */
+function isOfPositions({ bytes }: InputFile): boolean {
+  const text = latin1(new Uint8Array(bytes, 0, Math.min(bytes.byteLength, LOOKED_AT)));
+  const rows = text.split(/[\r\n]+/).map((line) => line.split(/[\s,;|"#%]+/).filter((word) => word !== ''));
+  const areNamed = rows
+    .slice(0, 3)
+    .some((row) => row.some((word) => NAME_OF_X.test(word)) && row.some((word) => NAME_OF_Y.test(word)));
+  // The last row may be cut off.
+  return areNamed || rows.slice(0, -1).some((row) => row.slice(1).some((word) => Number(word) < 0));
 }
 
 /** These files read by a format, as scans. */

@@ -1,17 +1,19 @@
 /** The map in space flattened to a grid for robots that drive: the band of heights is chosen by eye, for the map is cut to it. */
-import { html, nothing, type TemplateResult } from 'lit';
+import { html, type TemplateResult } from 'lit';
 import { slider } from '../components/fields.js';
 import type { FloorGridFiles } from '../engine/spatial-protocol.js';
 import { messageOf } from '../engine/message-of.js';
 import { download } from '../export/download.js';
 import { zip } from '../export/exports.js';
-import { formatFixed } from '../views/format.js';
+import { formatCount, formatFixed, formatLength } from '../views/format.js';
 import { scaled } from '../views/vectors.js';
 import type { MapTool, ToolHost } from './map-tool.js';
 import type { Plane } from './section.js';
 
 /** Heights are chosen in steps of a cell, and the band is at least so high (m). */
 const STEP = 0.05;
+/** The picture of a grid is enlarged to at least about this size (CSS pixels). */
+const MIN_SHOWN = 240;
 
 export class Flattening implements MapTool {
   readonly hidden = [] as const;
@@ -58,7 +60,7 @@ export class Flattening implements MapTool {
         <output class="number">${words(value)}</output>
       </label>`;
     return html`${height('From', low, [STEP, high - STEP], (to) => this.#choose([to, high]))}
-      ${height('to', high, [low + STEP, highest], (to) => this.#choose([low, to]))}
+      ${height('to', high, [low + STEP, highest], (to) => this.#choose([low, to]))} <span>over the floor</span>
       <button type="button" ?disabled=${this.#isMaking} @click=${() => void this.#make()}>Make the grid</button>
       <button type="button" ?disabled=${!this.#files} @click=${() => void this.#save()}>Save the grid</button>
       <span class="muted" role="status">${this.#words()}</span>`;
@@ -68,11 +70,10 @@ export class Flattening implements MapTool {
     return this.#picture;
   }
 
-  #words(): string | typeof nothing {
+  #words(): string {
     if (this.#problem !== '') return this.#problem;
     if (this.#isMaking) return 'Making the grid';
-    const { width, height } = this.#files ?? {};
-    return width === undefined ? nothing : `${width} × ${height} cells of 5 cm or more`;
+    return this.#files ? gridWords(this.#files) : '';
   }
 
   #choose([low, high]: readonly [number, number]): void {
@@ -121,6 +122,15 @@ export const filesOf = ({ pgm, yaml }: FloorGridFiles): Record<string, Uint8Arra
   'map.yaml': new TextEncoder().encode(yaml),
 });
 
+const countOf = (greys: Uint8Array, grey: number): number =>
+  greys.reduce((sum, value) => sum + Number(value === grey), 0);
+
+function gridWords({ width, height, yaml, greys }: FloorGridFiles): string {
+  const side = formatLength(Number(/^resolution: *(\S+)/m.exec(yaml)?.[1]));
+  const [occupied, free] = [0, 254].map((grey) => formatCount(countOf(greys, grey)));
+  return `${width} × ${height} cells of ${side}: ${occupied} occupied, ${free} free`;
+}
+
 function pictureOf({ width, height, greys }: FloorGridFiles): TemplateResult {
   const canvas = document.createElement('canvas');
   [canvas.width, canvas.height] = [width, height];
@@ -130,7 +140,8 @@ function pictureOf({ width, height, greys }: FloorGridFiles): TemplateResult {
     packed[index] = (255 << 24) | (grey << 16) | (grey << 8) | grey;
   });
   canvas.getContext('2d')?.putImageData(pixels, 0, 0);
-  const count = (grey: number): number => greys.reduce((sum, value) => sum + Number(value === grey), 0);
-  const words = `The grid from above: ${count(0)} cells occupied, ${count(254)} free`;
-  return html`<img class="floor-grid" src=${canvas.toDataURL()} alt=${words} />`;
+  const words = `The grid from above: ${countOf(greys, 0)} cells occupied, ${countOf(greys, 254)} free`;
+  // A small one is seen with its cells as whole squares.
+  const side = Math.max(1, Math.floor(MIN_SHOWN / Math.max(width, height)));
+  return html`<img class="floor-grid" width=${side * width} src=${canvas.toDataURL()} alt=${words} />`;
 }

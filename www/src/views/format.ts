@@ -1,4 +1,7 @@
 /** Numbers as people read them: lengths with their unit, angles in degrees. */
+import { formatCount } from '../../../package/base/format_count.js';
+
+export { formatCount };
 
 export const DEGREES = 180 / Math.PI;
 
@@ -29,13 +32,6 @@ export function formatDuration(milliseconds: number): string {
   if (seconds < 59.95) return `${formatFixed(seconds, 1)}${THIN_SPACE}s`;
   const whole = Math.round(seconds);
   return `${Math.floor(whole / 60)}${THIN_SPACE}min ${whole % 60}${THIN_SPACE}s`;
-}
-
-/** A whole number with its thousands apart. */
-export function formatCount(count: number): string {
-  return Math.round(count)
-    .toString()
-    .replace(/\B(?=(\d{3})+$)/g, THIN_SPACE);
 }
 
 export function formatPercent(share: number): string {

@@ -1,7 +1,7 @@
 /**
  * The map on a canvas. Points are painted into a layer of their own, which is kept while only the marks over it change.
- * While the user moves a map that is slow to paint, the layer is moved instead of painted again; while the slider moves, fewer of
- * its points are painted.
+ * While the user moves a map that is slow to paint, the layer is moved instead of painted again; while the slider moves, the points
+ * of the frames that come or go are painted or taken off alone.
  */
 import { context2d } from './canvas.js';
 import {
@@ -16,6 +16,8 @@ import {
   paintReference,
   paintScaleBar,
 } from './map-painter.js';
+import type { MapExtra } from './map-layer.js';
+import { Journal } from './journal.js';
 import { paintTrajectory } from './path-painter.js';
 import { memoizeLast } from './memoize-last.js';
 import { type OccupancyPicture, paintOccupancy } from './occupancy.js';
@@ -34,6 +36,7 @@ export interface MapContent {
   /** The frames that alone are shown, in ascending order; null: all. */
   only: readonly number[] | null;
   occupancy: OccupancyPicture | null;
+  extras: readonly MapExtra[];
   dark: boolean;
 }
 
@@ -54,6 +57,14 @@ export class MapCanvas {
   #layerImage: ImageData | null = null;
   #layerView: Viewport | null = null;
   #isLayerStale = true;
+  /** Whether other frames are shown than in the layer. */
+  #isSlid = false;
+  /** Of the layer's points since the slider moved; null: there is none. */
+  #journal: Journal | null = null;
+  /** So many frames of it are those before the slider, without the selected one over them. */
+  #numSlid = 0;
+  /** Whether it would take too much room. */
+  #isDense = false;
   /** Of so many points of the layer one is painted, ... */
   #stride = 1;
   /** ... and so long all would take. */
@@ -73,12 +84,18 @@ export class MapCanvas {
       canvas.height = Math.max(Math.round(size.height * pixelRatio), 1);
     }
     this.#layerImage = null;
-    this.#isLayerStale = true;
+    this.invalidate();
   }
 
-  /** Points, their colours, or which of them are shown have changed. */
+  /** Points or their colours have changed. */
   invalidate(): void {
     this.#isLayerStale = true;
+    this.#isDense = false;
+  }
+
+  /** Other frames are shown, or another one is selected. */
+  slide(): void {
+    this.#isSlid = true;
   }
 
   /**
@@ -91,16 +108,26 @@ export class MapCanvas {
       return true;
     }
     const shown = this.#layerView;
-    const isMovable = shown !== null && !this.#isLayerStale && shown.turns === view.turns;
+    const isSame = shown !== null && !this.#isLayerStale && this.#stride === 1 && sameView(shown, view);
+    const isMovable = shown !== null && !this.#isLayerStale && !this.#isSlid && shown.turns === view.turns;
     const isSlow = isInMotion && this.#layerMs > PAINT_BUDGET_MS;
-    const isKept = isMovable && (isSlow || (this.#stride === 1 && sameView(shown, view)));
-    if (!isKept) this.#paintLayer(content, view, isSlow ? Math.ceil(this.#layerMs / PAINT_BUDGET_MS) : 1);
+    const isKept = isMovable && (isSlow || isSame);
+    if (!isSame) this.#journal = null;
+    const isOver = this.#isSlid && !this.#isLayerStale && this.#slideLayer(content, view);
+    if (!isKept && !isOver) this.#paintLayer(content, view, isSlow ? Math.ceil(this.#layerMs / PAINT_BUDGET_MS) : 1);
+    this.#isSlid = false;
     const isMoved = !sameView(this.#layerView ?? view, view);
     const isWhole = (!content.marks.undetermined && !content.marks.pairs) || selectedMarks !== undefined;
     if (!isWhole)
       import('./selected-marks.js').then((loaded) => (selectedMarks = loaded)).catch(() => (selectedMarks = null));
     this.#compose(content, view, isMoved);
     return isWhole && this.#stride === 1 && !isMoved;
+  }
+
+  /** Gets ready for the slider, where its first picture would be late. */
+  prepare(content: MapContent, view: Viewport): void {
+    const isLate = this.#layerMs > PAINT_BUDGET_MS && this.#journal === null;
+    if (isLate && !this.#isLayerStale && this.#stride === 1) this.#slideLayer(content, view);
   }
 
   /** Without frames there are no grid and no axes. */
@@ -111,46 +138,77 @@ export class MapCanvas {
     this.#isLayerStale = true;
   }
 
-  #paintLayer(
-    { points, marks, colors: frameColors, before, only, dark }: MapContent,
-    view: Viewport,
-    stride: number,
-  ): void {
+  /** Paints all points of the layer anew. */
+  #paintLayer(content: MapContent, view: Viewport, stride: number): void {
     const start = performance.now();
-    const { width, height } = this.#layer;
-    this.#layerImage ??= new ImageData(width, height);
-    const pixels = new Uint32Array(this.#layerImage.data.buffer);
-    pixels.fill(0);
-    const diameter = pointDiameter(points.points.length / 2, this.#size) * this.#pixelRatio;
-    const colors = this.#packed(frameColors);
-    const device = { width, height };
-    if (before) {
-      const numBefore = before.points.offsets.length - 1;
-      const grey = new Uint32Array(numBefore).fill(packColor((dark ? DARK_MAP : LIGHT_MAP).before));
-      const style = { colors: grey, diameter, stride };
-      paintPoints(pixels, device, view, this.#pixelRatio, before.points, 0, numBefore, style);
-    }
-    const paint = (first: number, last: number, diameter: number, stride: number): void =>
-      paintPoints(pixels, device, view, this.#pixelRatio, points, first, last, { colors, diameter, stride });
-    const until = Math.min(marks.until, points.offsets.length - 1);
-    if (!only) paint(0, until, diameter, stride);
-    for (const frame of only ?? []) if (frame < until) paint(frame, frame + 1, diameter, stride);
-    const { selected } = marks;
-    if (selected !== null && selected < marks.until) {
-      const own = colors[selected] as number;
-      colors[selected] = packColor((dark ? DARK_MAP : LIGHT_MAP).selected);
-      paint(selected, selected + 1, Math.max(diameter * 1.25, diameter + this.#pixelRatio), 1);
-      colors[selected] = own;
-    }
-    context2d(this.#layer).putImageData(this.#layerImage, 0, 0);
+    const image = this.#begin(content, view, stride);
+    this.#paintFrames(content, view, image, [0, numShown(content)], stride);
+    context2d(this.#layer).putImageData(image, 0, 0);
     this.#layerView = view;
-    this.#isLayerStale = false;
-    this.#stride = stride;
+    [this.#isLayerStale, this.#stride, this.#journal] = [false, stride, null];
     this.#layerMs = stride * (performance.now() - start);
   }
 
+  /** Paints what has come and takes off what has gone since the slider moved; whether there is room to. */
+  #slideLayer(content: MapContent, view: Viewport): boolean {
+    if (content.only || this.#isDense) return false;
+    const isFirst = this.#journal === null;
+    const image = isFirst || !this.#layerImage ? this.#begin(content, view, 1) : this.#layerImage;
+    const journal = this.#journal ?? new Journal(new Uint32Array(image.data.buffer));
+    const until = numShown(content);
+    journal.takeOff(Math.min(this.#numSlid, until, journal.num_frames));
+    this.#paintFrames(content, view, image, [journal.num_frames, until], 1, journal);
+    this.#numSlid = until;
+    [this.#journal, this.#isDense] = journal.isFull ? [null, true] : [journal, false];
+    context2d(this.#layer).putImageData(image, 0, 0);
+    [this.#layerView, this.#stride] = [view, 1];
+    return true;
+  }
+
+  /** The pixels of the layer, with nothing on them but the map before. */
+  #begin({ points, before, dark }: MapContent, view: Viewport, stride: number): ImageData {
+    const device = { width: this.#layer.width, height: this.#layer.height };
+    this.#layerImage ??= new ImageData(device.width, device.height);
+    const pixels = new Uint32Array(this.#layerImage.data.buffer);
+    pixels.fill(0);
+    if (before) {
+      const numBefore = before.points.offsets.length - 1;
+      const colors = new Uint32Array(numBefore).fill(packColor((dark ? DARK_MAP : LIGHT_MAP).before));
+      const style = { colors, diameter: this.#diameterOf(points), stride };
+      paintPoints(pixels, device, view, this.#pixelRatio, before.points, 0, numBefore, style);
+    }
+    return this.#layerImage;
+  }
+
+  #diameterOf({ points }: PointSet): number {
+    return pointDiameter(points.length / 2, this.#size) * this.#pixelRatio;
+  }
+
+  /** Paints frames `first` to `last` (exclusive), then the selected one over them. `journal`: of the pixels of this image. */
+  #paintFrames(
+    { points, marks, colors: frameColors, only, dark }: MapContent,
+    view: Viewport,
+    image: ImageData,
+    [first, last]: readonly [number, number],
+    stride: number,
+    journal: Journal | null = null,
+  ): void {
+    const pixels = journal?.pixels ?? new Uint32Array(image.data.buffer);
+    const [colors, diameter] = [this.#packed(frameColors), this.#diameterOf(points)];
+    const paint = (first: number, last: number, diameter: number, stride: number): void =>
+      paintPoints(pixels, image, view, this.#pixelRatio, points, first, last, { colors, diameter, stride }, journal);
+    if (!only) paint(first, last, diameter, stride);
+    for (const frame of only ?? []) if (frame < last) paint(frame, frame + 1, diameter, stride);
+    const { selected } = marks;
+    if (selected === null || selected >= marks.until) return;
+    const own = colors[selected] as number;
+    colors[selected] = packColor((dark ? DARK_MAP : LIGHT_MAP).selected);
+    paint(selected, selected + 1, Math.max(diameter * 1.25, diameter + this.#pixelRatio), 1);
+    colors[selected] = own;
+  }
+
   #compose(
-    { marks, colors, layers, before, only, occupancy, dark }: MapContent,
+    { marks, colors, layers, before, only, occupancy, extras, dark }: MapContent,
     view: Viewport,
     isMoved: boolean,
   ): void {
@@ -171,8 +229,11 @@ export class MapCanvas {
       ctx.imageSmoothingEnabled = factor !== 1;
       ctx.drawImage(kept, left, top, size.width * factor, size.height * factor);
     };
-    if (layers.occupancy && occupancy) paintOccupancy(ctx, size, view, occupancy);
-    else drawKept(this.#layer);
+    const hasGrid = layers.occupancy && occupancy !== null;
+    if (hasGrid) paintOccupancy(ctx, size, view, occupancy);
+    for (const extra of extras) if (extra.isBehind) extra.paint(ctx, size, view, dark);
+    if (!hasGrid) drawKept(this.#layer);
+    for (const extra of extras) if (!extra.isBehind) extra.paint(ctx, size, view, dark);
 
     if (before && layers.path) paintBefore(ctx, size, view, before, theme);
     if (layers.reference && !only) paintReference(ctx, size, view, marks, theme);
@@ -195,6 +256,8 @@ export class MapCanvas {
     paintAxes(ctx, size, view, theme);
   }
 }
+
+const numShown = ({ points, marks }: MapContent): number => Math.min(marks.until, points.offsets.length - 1);
 
 function sameView(a: Viewport, b: Viewport): boolean {
   return a.centerX === b.centerX && a.centerY === b.centerY && a.scale === b.scale && a.turns === b.turns;

@@ -1,4 +1,5 @@
 /** What is laid over the flat map by a part of the page that is loaded later. */
+import type { TemplateResult } from 'lit';
 import type { Context } from './map-painter.js';
 import type { Size, Viewport } from './viewport.js';
 
@@ -18,4 +19,16 @@ export interface MapLayer {
   showsGrid?: boolean;
   /** What keys mean while it is there. */
   keys?: Record<string, () => void>;
+}
+
+/** What is drawn on the map beside what it is made of, with a box of its own in the list of what is drawn. */
+export interface MapExtra {
+  label: string;
+  /** The class of what stands for it in the list. */
+  sign: string;
+  /** Whether it lies behind the points. */
+  isBehind: boolean;
+  paint(ctx: Context, size: Size, view: Viewport, dark: boolean): void;
+  /** What it means, below the map. */
+  legend?: TemplateResult;
 }

@@ -2,6 +2,7 @@
  * The points of the map, painted by our own loop into the pixels of an ImageData: half a million points take a few
  * milliseconds, where half a million calls of a canvas take seconds.
  */
+import type { Journal } from './journal.js';
 import { type Size, toScreenX, toScreenY, type Viewport } from './viewport.js';
 
 /** Points ordered by frame: frame f owns points `offsets[f]` to `offsets[f + 1]`. */
@@ -55,7 +56,7 @@ export function pointDiameter(num_points: number, size: Size): number {
 
 /**
  * Paints frames `first` to `last` (exclusive) over what `pixels` holds. Later frames lie on top; a pixel keeps the
- * strongest coverage it has seen, so overlapping dots neither darken nor fringe.
+ * strongest coverage it has seen, so overlapping dots neither darken nor fringe. `journal`: of these pixels, to take frames off again.
  */
 export function paintPoints(
   pixels: Uint32Array,
@@ -66,6 +67,7 @@ export function paintPoints(
   first: number,
   last: number,
   style: PointStyle,
+  journal: Journal | null = null,
 ): void {
   const { width, height } = deviceSize;
   // The map from the world to pixels is affine: three points of it give its six numbers.
@@ -80,6 +82,10 @@ export function paintPoints(
   const diameter = Math.round(style.diameter);
   const stride = style.stride ?? 1;
   const dot = diameter > 2 ? makeDot(style.diameter) : null;
+  const write = (at: number, color: number): void => {
+    if (journal === null) pixels[at] = color;
+    else journal.write(at, color);
+  };
   for (let frame = first; frame < last; frame++) {
     const color = style.colors[frame] ?? 0;
     const rgb = color & 0xffffff;
@@ -93,11 +99,11 @@ export function paintPoints(
       if (x < 0 || x >= width || y < 0 || y >= height) continue;
       const at = y * width + x;
       if (dot === null) {
-        pixels[at] = color;
+        write(at, color);
         if (diameter === 2 && x + 1 < width && y + 1 < height) {
-          pixels[at + 1] = color;
-          pixels[at + width] = color;
-          pixels[at + width + 1] = color;
+          write(at + 1, color);
+          write(at + width, color);
+          write(at + width + 1, color);
         }
         continue;
       }
@@ -107,9 +113,10 @@ export function paintPoints(
         if (px < 0 || px >= width || py < 0 || py >= height) continue;
         const coverage = dot.coverage[k] as number;
         const to = py * width + px;
-        if ((pixels[to] as number) >>> 24 <= coverage) pixels[to] = rgb | (coverage << 24);
+        if ((pixels[to] as number) >>> 24 <= coverage) write(to, (rgb | (coverage << 24)) >>> 0);
       }
     }
+    journal?.endFrame();
   }
 }
 

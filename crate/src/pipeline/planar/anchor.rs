@@ -18,40 +18,41 @@ pub struct KnownPlace {
     pub world: [f64; 2],
 }
 
-/// A rigid motion fitted to known places.
-pub(super) struct Anchor {
-    /// Maps the map's coordinates to the world's.
-    pub T_world_map: Pose2,
-    /// Distance of each place from where the fit lays it (m).
+/// The motion that lays points of one frame on the same points of another with the least sum of squared distances
+/// (Umeyama, PAMI 13 (1991), in the plane).
+pub(super) struct Fit {
+    /// Of lengths, before the motion: 1 where it is rigid.
+    pub scale: f64,
+    /// Maps what is scaled to the other frame.
+    pub T: Pose2,
+    /// Distance of each point from where the fit lays it (m).
     pub residuals: Vec<f64>,
-    /// By how much further the places lie apart in the world than in the map.
-    scale: f64,
+    /// How many times as far the points lie apart in the other frame, in the mean of squares.
+    stretch: f64,
 }
 
 /// Standard deviation of a coordinate of a known place (m) where a step does not state it: a cell, as exact as a place is pointed at.
 pub(super) const ACCURACY: f64 = RESOLUTION;
 
-impl Anchor {
-    /// The least-squares fit; `None` where the places coincide.
-    pub fn fit(places: &[KnownPlace]) -> Option<Self> {
-        let mean = |of: fn(&KnownPlace) -> [f64; 2]| {
-            places.iter().map(|place| Vector2::from(of(place))).sum::<Vector2<f64>>() / places.len() as f64
-        };
-        let (mean_map, mean_world) = (mean(|place| place.map), mean(|place| place.world));
-        let (mut covariance, mut spread_map, mut spread_world) = (Matrix2::zeros(), 0.0, 0.0);
-        for place in places {
-            let (from, to) = (Vector2::from(place.map) - mean_map, Vector2::from(place.world) - mean_world);
+impl Fit {
+    /// Of pairs of a point and where it is in the other frame (m), with a scale or rigid; `None` where the points coincide in a frame.
+    pub fn of(pairs: &[[Vector2<f64>; 2]], has_scale: bool) -> Option<Self> {
+        let mean = |side: usize| pairs.iter().map(|pair| pair[side]).sum::<Vector2<f64>>() / pairs.len() as f64;
+        let (mean_from, mean_to) = (mean(0), mean(1));
+        let (mut covariance, mut spread_from, mut spread_to) = (Matrix2::zeros(), 0.0, 0.0);
+        for pair in pairs {
+            let (from, to) = (pair[0] - mean_from, pair[1] - mean_to);
             covariance += to * from.transpose();
-            (spread_map, spread_world) = (spread_map + from.norm_squared(), spread_world + to.norm_squared());
+            (spread_from, spread_to) = (spread_from + from.norm_squared(), spread_to + to.norm_squared());
         }
-        if spread_map == 0.0 || spread_world == 0.0 {
+        if spread_from == 0.0 || spread_to == 0.0 {
             return None;
         }
         let rotation = Pose2::best_rotation(&covariance)?;
-        let T_world_map: Pose2 = RigidMotion::from_parts(&rotation, &(mean_world - rotation * mean_map));
-        let residual = |place: &KnownPlace| (T_world_map.act(&place.map.into()) - Vector2::from(place.world)).norm();
-        let residuals = places.iter().map(residual).collect();
-        Some(Self { T_world_map, residuals, scale: (spread_world / spread_map).sqrt() })
+        let scale = if has_scale { (rotation.transpose() * covariance).trace() / spread_from } else { 1.0 };
+        let T: Pose2 = RigidMotion::from_parts(&rotation, &(mean_to - scale * (rotation * mean_from)));
+        let residuals = pairs.iter().map(|[from, to]| (T.act(&(scale * from)) - to).norm()).collect();
+        (scale > 0.0).then(|| Self { scale, T, residuals, stretch: (spread_to / spread_from).sqrt() })
     }
 
     /// Root mean square of the residuals (m).
@@ -59,21 +60,47 @@ impl Anchor {
         (self.residuals.iter().map(|residual| residual * residual).sum::<f64>() / self.residuals.len() as f64).sqrt()
     }
 
-    /// What is wrong with places that fit worse than this standard deviation of their coordinates (m) allows.
-    fn contradiction(&self, accuracy: f64) -> Option<String> {
+    /// The residuals in words.
+    pub fn told(&self) -> String {
+        let each: Vec<String> = self.residuals.iter().map(|residual| format!("{residual:.3}")).collect();
+        format!("off by {} m ({:.3} m rms)", each.join(", "), self.rms())
+    }
+
+    /// The number of the pair with the largest residual, from 1, and the residual (m), where the pairs fit worse than this standard
+    /// deviation of a coordinate (m) allows. `num_unknowns`: of the fit.
+    pub fn worst_if_contradictory(&self, accuracy: f64, num_unknowns: usize) -> Option<(usize, f64)> {
         let chi_squared = self.residuals.iter().map(|residual| (residual / accuracy).powi(2)).sum::<f64>();
-        if chi_squared <= one_in_thousand_of(2 * self.residuals.len() - 3) {
+        if chi_squared <= one_in_thousand_of(2 * self.residuals.len() - num_unknowns) {
             return None;
         }
-        let (worst, residual) =
-            self.residuals.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).map_or((1, 0.0), |(i, r)| (i + 1, *r));
-        let percent = 100.0 * (self.scale - 1.0);
-        let apart = if percent < 0.0 { "less far apart" } else { "further apart" };
-        Some(format!(
-            "the pairs do not fit each other to {accuracy} m: pair {worst} is off by {residual:.2} m, and the places lie {:.1} % {apart} in the world than in the map",
-            percent.abs()
-        ))
+        (1..).zip(self.residuals.iter().copied()).max_by(|a, b| a.1.total_cmp(&b.1))
     }
+}
+
+/// The rigid motion onto known places.
+pub(super) fn anchor(pairs: &[KnownPlace]) -> Option<Fit> {
+    let pairs: Vec<_> = pairs.iter().map(|pair| [pair.map.into(), pair.world.into()]).collect();
+    Fit::of(&pairs, false)
+}
+
+/// What is wrong with places that fit worse than this standard deviation of their coordinates (m) allows.
+fn contradiction(fit: &Fit, accuracy: f64) -> Option<String> {
+    let (worst, residual) = fit.worst_if_contradictory(accuracy, 3)?;
+    let percent = 100.0 * (fit.stretch - 1.0);
+    let apart = if percent < 0.0 { "less far apart" } else { "further apart" };
+    Some(format!(
+        "the pairs do not fit each other to {accuracy} m: pair {worst} is off by {residual:.2} m, and the places lie {:.1} % {apart} in the world than in the map",
+        percent.abs()
+    ))
+}
+
+/// What is wrong with a coordinate that is too large for the points of the map, which are in single precision: beyond, they are off by
+/// a quarter of a cell.
+pub(super) fn too_far(frame: &str, coordinates: impl IntoIterator<Item = f64>) -> Option<(String, &'static str)> {
+    let limit = RESOLUTION / (4.0 * f64::from(f32::EPSILON));
+    let far = coordinates.into_iter().find(|value| value.abs() > limit)?;
+    let problem = format!("the {frame}'s coordinate {far} m is further than {:.0} km from its origin", limit / 1e3);
+    Some((problem, "Take the same round number of metres off all of them"))
 }
 
 /// What is wrong with the pairs of an anchor, and what would be right.
@@ -85,16 +112,13 @@ pub(super) fn fault(pairs: &[KnownPlace], accuracy: f64) -> Option<(String, &'st
     if accuracy <= 0.0 {
         return Some((format!("the accuracy is {accuracy} m"), "Give more than 0 m"));
     }
-    // Points of the map are in single precision: beyond, they are off by a quarter of a cell.
-    let limit = RESOLUTION / (4.0 * f64::from(f32::EPSILON));
-    if let Some(far) = pairs.iter().flat_map(|pair| pair.world).find(|value| value.abs() > limit) {
-        let problem = format!("the world's coordinate {far} m is further than {:.0} km from its origin", limit / 1e3);
-        return Some((problem, "Take the same round number of metres off all of them"));
+    if let Some(fault) = too_far("world", pairs.iter().flat_map(|pair| pair.world)) {
+        return Some(fault);
     }
-    let Some(anchor) = Anchor::fit(pairs) else {
+    let Some(fit) = anchor(pairs) else {
         let remedy = "Give places that are apart, in the map and in the world";
         return Some(("the pairs are all at one place, which tells no direction".to_owned(), remedy));
     };
-    let remedy = "Correct the pair, give metres in both, or state a larger \"accuracy\"";
-    anchor.contradiction(accuracy).map(|problem| (problem, remedy))
+    let remedy = "Correct the pair, give metres in both, or state a larger standard deviation (\"accuracy\")";
+    contradiction(&fit, accuracy).map(|problem| (problem, remedy))
 }

@@ -4,6 +4,7 @@ use nalgebra::Vector2;
 
 use super::anchor::{self, ACCURACY};
 use super::edits::Edit;
+use super::plan;
 use super::run::Run;
 use crate::error::{Error, Result};
 
@@ -51,7 +52,7 @@ fn named_scans(edit: &Edit) -> Option<[usize; 2]> {
 
 fn fault(edit: &Edit) -> Option<Fault> {
     match edit {
-        Edit::RemoveLoop { .. } => None,
+        Edit::RemoveLoop { .. } | Edit::RemovePlan => None,
         Edit::AddLoop { T_target_source: T, .. } => not_finite("T_target_source", [T.x, T.y, T.theta]),
         Edit::PaintLine { ends, width, .. } => {
             let numbers = not_finite("ends", ends.iter().flatten().copied()).or_else(|| not_finite("width", [*width]));
@@ -68,6 +69,11 @@ fn fault(edit: &Edit) -> Option<Fault> {
             let numbers = pairs.iter().flat_map(|pair| pair.map.into_iter().chain(pair.world));
             let numbers = not_finite("pairs", numbers).or_else(|| not_finite("accuracy", *accuracy));
             numbers.or_else(|| anchor::fault(pairs, accuracy.unwrap_or(ACCURACY)))
+        }
+        Edit::LayPlan { points, accuracy, .. } => {
+            let numbers = points.iter().flat_map(|point| point.picture.into_iter().chain(point.map));
+            let numbers = not_finite("points", numbers).or_else(|| not_finite("accuracy", *accuracy));
+            numbers.or_else(|| plan::fault(points, *accuracy))
         }
         Edit::LeaveOut { first, last } => (first > last).then(|| {
             (format!("the first scan, {first}, comes after the last, {last}"), "Give the smaller number first")

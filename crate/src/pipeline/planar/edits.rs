@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::anchor::KnownPlace;
+use super::plan::PlanPoint;
 use crate::graph::loops::planar::GraphState;
 use crate::map::occupancy_grid::Cell;
 use crate::pipeline::report::PlanarPose;
@@ -77,6 +78,20 @@ pub enum Edit {
         #[serde(default)]
         accuracy: Option<f64>,
     },
+    /// Lays a building plan behind the map, in place of one that was laid before: the turn, shift and scale that fit best in the sense
+    /// of least squares. Nothing of the map changes.
+    LayPlan {
+        /// Name of the picture.
+        picture: String,
+        /// Three at least.
+        points: Vec<PlanPoint>,
+        /// Standard deviation of a coordinate of these points (m); by default that of a cell of the grid and a pixel of the picture
+        /// together. Points that fit worse are told.
+        #[serde(default)]
+        accuracy: Option<f64>,
+    },
+    /// Takes the building plan off.
+    RemovePlan,
     /// Leaves scans out of the map and its grid. Their poses stay.
     LeaveOut {
         /// The first of them.

@@ -7,8 +7,9 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{UnitComplex, Vector2};
 
-use super::anchor::Anchor;
+use super::anchor::{Fit, anchor};
 use super::edits::{Edit, RefusedEdit};
+use super::plan::PlacedPlan;
 use crate::evaluation::trajectory_error::PlanarPoint;
 use crate::geometry::Pose2;
 use crate::map::occupancy_grid::{Cell, OccupancyGrid, Shape};
@@ -24,6 +25,7 @@ pub struct MapEdits {
     motion: Motion,
     /// In the map as it is laid.
     shapes: Vec<PlacedShape>,
+    plan: Option<PlacedPlan>,
 }
 
 /// A turn about the origin, more than once round where steps say so, and a shift after it.
@@ -126,23 +128,42 @@ impl MapEdits {
     /// Lays the map out. `walls`: the direction of most walls before any turn (rad), where there are walls and it is needed.
     pub fn lay(&mut self, walls: Option<f64>) {
         self.walls = walls;
-        let (mut motion, mut shapes) = (Motion::default(), Vec::new());
+        let (mut motion, mut shapes, mut plan) = (Motion::default(), Vec::new(), None);
         for (index, edit) in self.steps.iter().enumerate() {
             if let Edit::Rotate { angle } = edit {
                 let to_walls = || walls.map_or(0.0, |walls| -off_axis(walls + motion.turn));
                 motion = motion.then(angle.unwrap_or_else(to_walls), Vector2::zeros());
-            } else if let Some(Anchor { T_world_map: T, .. }) = anchor_of(edit) {
+            } else if let Some(Fit { T, .. }) = anchor_of(edit) {
                 motion = motion.then(T.rotation.angle(), T.translation.vector);
             } else if let Some((shape, cells)) = shape_of(edit) {
                 shapes.push((motion, PlacedShape { index, shape, cells }));
+            } else if matches!(edit, Edit::LayPlan { .. } | Edit::RemovePlan) {
+                plan = Self::plan_of(edit).map(|placed| (motion, placed));
             }
         }
-        let moved = |(before, placed): (Motion, PlacedShape)| {
-            let rest = motion.pose() * before.pose().inverse();
-            PlacedShape { shape: if motion == before { placed.shape } else { placed.shape.moved(&rest) }, ..placed }
+        // What moved the map after a step moves what the step has laid.
+        let rest = |before: Motion| (motion != before).then(|| motion.pose() * before.pose().inverse());
+        let moved = |(before, placed): (Motion, PlacedShape)| match rest(before) {
+            Some(rest) => PlacedShape { shape: placed.shape.moved(&rest), ..placed },
+            None => placed,
         };
         self.shapes = shapes.into_iter().map(moved).collect();
+        self.plan = plan.map(|(before, placed)| match rest(before) {
+            Some(rest) => placed.moved(&rest),
+            None => placed,
+        });
         self.motion = motion;
+    }
+
+    /// The building plan, as it lies.
+    pub fn plan(&self) -> Option<&PlacedPlan> {
+        self.plan.as_ref()
+    }
+
+    /// Where a step lays a plan; `None` for another one.
+    pub fn plan_of(edit: &Edit) -> Option<PlacedPlan> {
+        let Edit::LayPlan { picture, points, accuracy } = edit else { return None };
+        PlacedPlan::of(picture, points, *accuracy)
     }
 
     /// Edits the grid; the steps that find no cell in it, with the reason.
@@ -176,16 +197,12 @@ impl MapEdits {
         let num_crops = self.shapes.iter().filter(|placed| placed.cells.is_none()).count();
         let num_painted = self.shapes.len() - num_crops;
         let num_left_out = (0..num_scans).filter(|&frame| self.leaves_out(frame)).count();
-        let anchored = |anchor: Anchor| {
-            let places =
-                anchor.residuals.iter().map(|residual| format!("{residual:.3}")).collect::<Vec<_>>().join(", ");
-            format!("anchored to known places, off by {places} m ({:.3} m rms)", anchor.rms())
-        };
         let parts = [
             (num_painted > 0).then(|| format!("shapes painted {num_painted}")),
             (num_crops > 0).then(|| format!("grid cropped {num_crops}")),
             (self.motion.turn != 0.0).then(|| format!("turned by {:.2}°", self.motion.turn.to_degrees())),
-            self.steps.iter().rev().find_map(anchor_of).map(anchored),
+            self.steps.iter().rev().find_map(anchor_of).map(|fit| format!("anchored to known places, {}", fit.told())),
+            self.plan.as_ref().map(PlacedPlan::told),
             (num_left_out > 0).then(|| format!("scans left out {num_left_out}")),
         ];
         parts.into_iter().flatten()
@@ -197,8 +214,8 @@ fn off_axis(angle: f64) -> f64 {
     angle - (angle / FRAC_PI_2).round() * FRAC_PI_2
 }
 
-fn anchor_of(edit: &Edit) -> Option<Anchor> {
-    if let Edit::Anchor { pairs, .. } = edit { Anchor::fit(pairs) } else { None }
+fn anchor_of(edit: &Edit) -> Option<Fit> {
+    if let Edit::Anchor { pairs, .. } = edit { anchor(pairs) } else { None }
 }
 
 /// The shape of a step, and what it paints.
