@@ -3,7 +3,7 @@ import { html, nothing, type TemplateResult } from 'lit';
 import { statusBadge } from '../components/status-badge.js';
 import type { Consequence, GraphLoop } from '../engine/protocol.js';
 import { facts } from '../run/facts.js';
-import { formatFixed, formatLength, formatPercent, plural, sentence } from '../views/format.js';
+import { formatCount, formatFixed, formatLength, formatPercent, plural, sentence } from '../views/format.js';
 import type { Status } from '../views/map-painter.js';
 import { formatAngle } from '../views/pose-format.js';
 import { fitOf } from './loop-layer.js';
@@ -65,7 +65,9 @@ function listOf(mending: Mending, loops: readonly GraphLoop[]): TemplateResult {
 
 function oneLoop(mending: Mending, loop: GraphLoop): TemplateResult {
   const { x, y, theta } = loop.T_target_source;
-  const told = loop.chi_squared > 0 ? formatFixed(loop.chi_squared, 1) : 'nothing else tells';
+  const { chi_squared: chiSquared } = loop;
+  const exact = chiSquared < 1000 ? formatFixed(chiSquared, 1) : formatCount(chiSquared);
+  const told = chiSquared > 0 ? exact : 'nothing else tells';
   return html`<section aria-label="Loop">
     <h3>Loop between ${scansOf(loop)}</h3>
     <p class="explanation">
