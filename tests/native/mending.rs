@@ -92,6 +92,28 @@ fn a_wrong_loop_is_found_by_its_chi_squared_and_taken_out_without_a_trace() {
 }
 
 #[test]
+fn a_wrong_loop_that_tears_one_scan_off_the_chain_is_the_most_contradicted_one() {
+    let Some(log) = radish_log("belgioioso.log") else { return };
+    let wheels = shared_data("laser/radish").unwrap().join("belgioioso.odometry.txt");
+    let mut reconstruction = Reconstruction::new(Settings::default()).unwrap();
+    reconstruction.add_log("belgioioso.log", &log);
+    reconstruction.set_odometry("wheels.txt", trajectory::read(&fs::read(wheels).unwrap()).unwrap()).unwrap();
+    let mut reconstruction = finished(reconstruction);
+    let right = reconstruction.graph_loops().unwrap();
+    // With odometry every link of the chain may be switched off: the graph as the loop leaves it agrees with the loop.
+    for (target, source) in [(60, 300), (20, 370), (10, 120), (100, 200)] {
+        let wrong = same_pose(target, source, true);
+        reconstruction = mended(reconstruction, std::slice::from_ref(&wrong)).0;
+        let loops = reconstruction.graph_loops().unwrap().loops;
+        let worst = loops.iter().max_by(|a, b| a.chi_squared.total_cmp(&b.chi_squared)).unwrap();
+        assert!(worst.is_unchecked && worst.chi_squared > 1000.0, "{target} to {source}: {worst:?}");
+        let remove = Edit::RemoveLoop { target: worst.target, source: worst.source };
+        reconstruction = mended(reconstruction, &[wrong, remove]).0;
+        assert_eq!(reconstruction.graph_loops().unwrap(), right);
+    }
+}
+
+#[test]
 fn a_right_loop_is_put_in_again_from_a_rough_guess_and_is_refused_a_second_time() {
     let Some(log) = radish_log("belgioioso.log") else { return };
     let mut reconstruction = Reconstruction::new(Settings::default()).unwrap();

@@ -12,9 +12,9 @@ const [DOUBTFUL, WRONG] = [11.3, 25.9];
 const LIGHT: Record<Status, string> = { good: '#19703e', doubtful: '#b86e00', lost: '#ad2219' };
 const DARK: Record<Status, string> = { good: '#6fd7a0', doubtful: '#f2b862', lost: '#ff938a' };
 
-/** How well a loop fits the rest of the graph. */
+/** How well a loop fits the rest of the graph; one that this tells nothing of is doubtful. */
 export function fitOf({ chi_squared: chiSquared }: GraphLoop): Status {
-  return chiSquared > WRONG ? 'lost' : chiSquared > DOUBTFUL ? 'doubtful' : 'good';
+  return chiSquared > WRONG ? 'lost' : chiSquared > DOUBTFUL || chiSquared === 0 ? 'doubtful' : 'good';
 }
 
 export function loopLayer(mending: Mending): MapLayer {

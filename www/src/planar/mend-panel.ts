@@ -2,22 +2,17 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { isImageName } from '../../../package/files/kinds.js';
-import { facts } from '../run/facts.js';
 import { fire } from '../components/fire.js';
 import { iconButton } from '../components/icon-button.js';
-import { statusBadge } from '../components/status-badge.js';
 import { whileConnected } from '../components/while-connected.js';
 import { shared } from '../components/theme.js';
 import { panelStyles, statusStyles } from '../components/panel-theme.js';
-import type { Consequence, GraphLoop } from '../engine/protocol.js';
-import { formatFixed, formatLength, formatPercent, plural, sentence } from '../views/format.js';
-import { formatAngle } from '../views/pose-format.js';
+import { plural } from '../views/format.js';
 import type { MapLayer } from '../views/map-layer.js';
-import type { Status } from '../views/map-painter.js';
-import { composed } from './loop-poses.js';
 import { gridLayer } from './grid-layer.js';
 import { gridPanel } from './grid-panel.js';
-import { fitOf, loopLayer } from './loop-layer.js';
+import { loopLayer } from './loop-layer.js';
+import { loopPanel } from './loop-panel.js';
 import { measureLayer } from './measure-layer.js';
 import { measurePanel, measureStyles } from './measure-panel.js';
 import { fieldStyles } from './panel-fields.js';
@@ -33,10 +28,6 @@ export function mendLayer(mending: Mending): MapLayer {
   if (mending.part === 'plan') return planLayer(mending.plan, mending.keys);
   return mending.isOnGrid ? gridLayer(mending.grid, mending.keys) : loopLayer(mending);
 }
-
-const WORDS: Record<Status, string> = { good: 'fits', doubtful: 'strained', lost: 'contradicted' };
-/** So many loops are listed; all are drawn. */
-const MOST_LISTED = 100;
 
 /** Fires `closed`. Escape goes back, Delete takes out the loop that is looked at, Ctrl+Z undoes. */
 @customElement('scanstitch-mend')
@@ -95,16 +86,13 @@ export class ScanstitchMend extends LitElement {
   }
 
   protected override render(): TemplateResult {
-    const { loops, draft, problem, isOnGrid, part, measuring } = this.mending;
+    const { isOnGrid, part, measuring } = this.mending;
     const body = (): TemplateResult => {
       if (isOnGrid) return gridPanel(this.mending);
       if (part === 'plan') return planPanel(this.mending);
       if (part === 'measure')
         return measurePanel(measuring, this.selected, (scan) => fire(this, 'frame-selected', scan));
-      if (problem !== '') return html`<p>${problem}</p>`;
-      if (!loops) return html`<p class="muted">Looking at the loops</p>`;
-      if (!draft) return this.renderList(loops.loops);
-      return draft.kind === 'old' ? this.renderLoop(draft.loop) : this.renderNew(draft);
+      return loopPanel(this.mending);
     };
     return html`<header>
         <h2 tabindex="-1">Mend the map</h2>
@@ -120,119 +108,6 @@ export class ScanstitchMend extends LitElement {
   private renderPart(part: MendPart, label: string): TemplateResult {
     const { mending } = this;
     return html`<button aria-pressed=${mending.part === part} @click=${() => mending.turnTo(part)}>${label}</button>`;
-  }
-
-  private renderList(loops: readonly GraphLoop[]): TemplateResult {
-    const { mending } = this;
-    return html`<section aria-label="Loops">
-      <p class="explanation">
-        ${
-          loops.length === 0
-            ? 'The map has no loops.'
-            : `${plural(loops.length, 'loop')} between scans, the least fitting first: how far each is from what the rest of the graph tells, in standard deviations.`
-        }
-      </p>
-      <ol class="loops">
-        ${loops.slice(0, MOST_LISTED).map(
-          (loop) =>
-            html`<li>
-              <button @click=${() => mending.prepare({ kind: 'old', loop })}>
-                <span class="number">${loop.target} – ${loop.source}</span
-                ><span class="number">${sigmasOf(loop)}</span>${badge(loop)}
-              </button>
-            </li>`,
-        )}
-      </ol>
-      <button ?disabled=${!mending.isIdle} @click=${() => mending.prepare({ kind: 'new', scans: [], pose: null })}>
-        Propose a loop
-      </button>
-    </section>`;
-  }
-
-  private renderLoop(loop: GraphLoop): TemplateResult {
-    const { x, y, theta } = loop.T_target_source;
-    const told = loop.chi_squared > 0 ? formatFixed(loop.chi_squared, 1) : 'nothing else tells';
-    return html`<section aria-label="Loop">
-      <h3>Loop between ${scansOf(loop)}</h3>
-      <p class="explanation">
-        Both scans are drawn as the loop lays them on each other: the first green, the second pink.
-      </p>
-      ${facts(
-        [
-          ['Fit', badge(loop)],
-          ['Chi-squared', told],
-          ['The second from the first', `${formatFixed(x, 2)}, ${formatFixed(y, 2)} m, ${formatAngle(theta, 1)}`],
-          ['Known to', `${formatLength(loop.position_sigma)}, ${formatAngle(loop.heading_sigma, 1)}`],
-          ['Returns that agree', loop.is_unchecked ? 'put in without a match' : formatPercent(loop.agreement)],
-        ],
-        'number',
-      )}
-      ${this.renderConsequence('Remove this loop')}
-    </section>`;
-  }
-
-  private renderNew({ scans, pose }: Draft & { kind: 'new' }): TemplateResult {
-    const { mending } = this;
-    const { poses } = mending;
-    const field = (at: 0 | 1, label: string): TemplateResult =>
-      html`<label
-        >${label}<input
-          type="number"
-          min="0"
-          max=${poses.length - 1}
-          .value=${String(scans[at] ?? '')}
-          ?disabled=${at > scans.length}
-          @change=${({ target }: Event) => {
-            const scan = (target as HTMLInputElement).valueAsNumber;
-            if (poses[scan]) mending.chooseScan(scan, at);
-          }}
-      /></label>`;
-    const first = poses[scans[0] ?? -1];
-    const lay = (label: string, turn: number): TemplateResult =>
-      html`<button @click=${() => first && mending.lay(composed(first, { x: 0, y: 0, theta: turn }))}>
-        ${label}
-      </button>`;
-    return html`<section aria-label="New loop">
-      <h3>New loop</h3>
-      <p class="explanation">
-        ${
-          pose
-            ? 'Drag the second scan (pink) to where it fits the first (green), within 1 m and 17°; arrow keys move it, [ and ] turn it.'
-            : 'Choose two scans of one place, on the map or by number.'
-        }
-      </p>
-      <div class="fields">${field(0, 'First scan')}${field(1, 'Second scan')}</div>
-      ${
-        pose
-          ? html`<div class="actions" role="group" aria-label="Where the second scan lies">
-              ${lay('On the first', 0)} ${lay('Turned round', Math.PI)}
-              <button @click=${() => mending.chooseScan(scans[1] ?? 0, 1)}>As in the map</button>
-              <button aria-label="Turn left" @click=${() => mending.move(0, 0, Math.PI / 18)}>⟲</button>
-              <button aria-label="Turn right" @click=${() => mending.move(0, 0, -Math.PI / 18)}>⟳</button>
-            </div>`
-          : nothing
-      }
-      ${this.renderConsequence('Add this loop')}
-    </section>`;
-  }
-
-  private renderConsequence(action: string): TemplateResult {
-    const { mending } = this;
-    const { consequence } = mending;
-    const isRefused = consequence === null || consequence.refusal !== null;
-    return html`${
-        consequence
-          ? html`<ul class="consequence" aria-label="What it changes">
-              ${consequenceWords(consequence).map((words) => html`<li>${words}</li>`)}
-            </ul>`
-          : nothing
-      }
-      <div class="actions decision">
-        <button class="primary" ?disabled=${isRefused || !mending.isIdle} @click=${() => mending.take()}>
-          ${action}
-        </button>
-        <button @click=${() => mending.prepare(null)}>Back</button>
-      </div>`;
   }
 
   private renderSteps(): TemplateResult {
@@ -358,39 +233,5 @@ export class ScanstitchMend extends LitElement {
         list-style: disc;
       }
     `,
-  ];
-}
-
-function scansOf({ target, source }: { target: number; source: number }): string {
-  return `scans ${target} and ${source}`;
-}
-
-function sigmasOf({ chi_squared: chiSquared }: GraphLoop): string {
-  return chiSquared > 0 ? `${formatFixed(Math.sqrt(chiSquared), 1)} σ` : '';
-}
-
-function badge(loop: GraphLoop): TemplateResult {
-  const fit = fitOf(loop);
-  return statusBadge(fit, WORDS[fit]);
-}
-
-/** In whole sentences. */
-function consequenceWords(consequence: Consequence): string[] {
-  const { refusal, chi_squared: [before, after] = [0, 0], num_pieces: [piecesBefore, pieces] = [0, 0] } = consequence;
-  if (refusal !== null) return [`Refused: ${sentence(refusal)}`];
-  const { furthest, furthest_moves: far, mean_moves: mean } = consequence;
-  const { num_becoming_good: numBetter, num_no_longer_good: numWorse, left_out: leftOut } = consequence;
-  const [first] = leftOut;
-  return [
-    far < 0.001
-      ? 'No scan moves by a millimetre.'
-      : `Scans move by ${formatLength(mean)} in the mean, scan ${furthest} by ${formatLength(far)}.`,
-    `Chi-squared of the graph is ${formatFixed(before, 1)} before and ${formatFixed(after, 1)} after.`,
-    ...(pieces === piecesBefore ? [] : [`${plural(pieces, 'piece')} in place of ${piecesBefore}.`]),
-    ...(numBetter === 0 ? [] : [`${plural(numBetter, 'scan')} become good.`]),
-    ...(numWorse === 0 ? [] : [`${plural(numWorse, 'scan')} are no longer good.`]),
-    ...(first
-      ? [`${plural(leftOut.length, 'loop')} no longer fit, the first between scans ${first.join(' and ')}.`]
-      : []),
   ];
 }

@@ -89,6 +89,11 @@ export class Mending {
     return this.session.snapshot?.result.frames.map(({ T_world_sensor }) => T_world_sensor) ?? [];
   }
 
+  /** Of the map: certain ones. */
+  get numPieces(): number {
+    return new Set(this.session.snapshot?.result.frames.map(({ piece }) => piece)).size;
+  }
+
   /** Looks at the loops of a map that has just been computed. */
   follow(): void {
     const { session } = this;

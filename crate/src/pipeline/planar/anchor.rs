@@ -27,6 +27,7 @@ pub(super) struct Fit {
     pub T: Pose2,
     /// Distance of each point from where the fit lays it (m).
     pub residuals: Vec<f64>,
+    has_scale: bool,
     /// How many times as far the points lie apart in the other frame, in the mean of squares.
     stretch: f64,
 }
@@ -52,7 +53,7 @@ impl Fit {
         let scale = if has_scale { (rotation.transpose() * covariance).trace() / spread_from } else { 1.0 };
         let T: Pose2 = RigidMotion::from_parts(&rotation, &(mean_to - scale * (rotation * mean_from)));
         let residuals = pairs.iter().map(|[from, to]| (T.act(&(scale * from)) - to).norm()).collect();
-        (scale > 0.0).then(|| Self { scale, T, residuals, stretch: (spread_to / spread_from).sqrt() })
+        (scale > 0.0).then(|| Self { scale, T, residuals, has_scale, stretch: (spread_to / spread_from).sqrt() })
     }
 
     /// Root mean square of the residuals (m).
@@ -67,8 +68,10 @@ impl Fit {
     }
 
     /// The number of the pair with the largest residual, from 1, and the residual (m), where the pairs fit worse than this standard
-    /// deviation of a coordinate (m) allows. `num_unknowns`: of the fit.
-    pub fn worst_if_contradictory(&self, accuracy: f64, num_unknowns: usize) -> Option<(usize, f64)> {
+    /// deviation of a coordinate (m) allows.
+    pub fn worst_if_contradictory(&self, accuracy: f64) -> Option<(usize, f64)> {
+        // A turn, a shift, and a scale where there is one.
+        let num_unknowns = 3 + usize::from(self.has_scale);
         let chi_squared = self.residuals.iter().map(|residual| (residual / accuracy).powi(2)).sum::<f64>();
         if chi_squared <= one_in_thousand_of(2 * self.residuals.len() - num_unknowns) {
             return None;
@@ -85,7 +88,7 @@ pub(super) fn anchor(pairs: &[KnownPlace]) -> Option<Fit> {
 
 /// What is wrong with places that fit worse than this standard deviation of their coordinates (m) allows.
 fn contradiction(fit: &Fit, accuracy: f64) -> Option<String> {
-    let (worst, residual) = fit.worst_if_contradictory(accuracy, 3)?;
+    let (worst, residual) = fit.worst_if_contradictory(accuracy)?;
     let percent = 100.0 * (fit.stretch - 1.0);
     let apart = if percent < 0.0 { "less far apart" } else { "further apart" };
     Some(format!(

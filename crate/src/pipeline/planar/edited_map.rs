@@ -3,8 +3,12 @@
 use nalgebra::Vector2;
 
 use super::Reconstruction;
-use super::edits::RefusedEdit;
+use super::edit_faults::check_alone;
+use super::edits::{Edit, RefusedEdit};
+use super::map_edits::MapEdits;
+use super::plan::PlacedPlan;
 use super::run::Run;
+use crate::error::Result;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::occupancy_grid::{OccupancyGrid, RESOLUTION};
 use crate::map::wall_direction::wall_direction;
@@ -19,6 +23,20 @@ impl Reconstruction {
         }
         unused.sort_by_key(|unused| unused.index);
         unused
+    }
+
+    /// The building plan that steps have laid behind the map.
+    pub fn plan(&self) -> Option<&PlacedPlan> {
+        self.run.as_ref().and_then(|run| run.map_edits.plan())
+    }
+
+    /// Where a step would lay a plan in the map as it is; `None` for another step.
+    ///
+    /// # Errors
+    /// Where the step is not valid.
+    pub fn preview_plan(step: &Edit) -> Result<Option<PlacedPlan>> {
+        check_alone(1, step)?;
+        Ok(MapEdits::plan_of(step))
     }
 }
 

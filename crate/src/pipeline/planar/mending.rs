@@ -27,7 +27,9 @@ impl Reconstruction {
     /// # Errors
     /// Where there is no graph.
     pub fn graph_loops(&mut self) -> Result<GraphLoops> {
-        Ok(Mending::of(done(self.run.as_mut())?, &self.settings)?.loops())
+        let run = done(self.run.as_mut())?;
+        let edits = run.before_mending.loops.clone();
+        Ok(Mending::of(run, &self.settings)?.loops(&edits))
     }
 
     /// The graph as a g2o file: nodes are scans, counted from 0, edges have the information that the graph gives them. `None` where there is no
@@ -144,7 +146,9 @@ impl<'a> Mending<'a> {
         })
     }
 
-    fn loops(&self) -> GraphLoops {
+    /// `edits`: those about loops that were taken.
+    fn loops(&mut self, edits: &[Edit]) -> GraphLoops {
+        let evidence = self.evidence(edits);
         let closure = &self.graph.closure;
         let (chi_squared, num_motions) = closure.chi_squared();
         let (present, of_run) = (self.scans_of(&closure.state()), self.scans_of(&self.unedited));
@@ -166,9 +170,25 @@ impl<'a> Mending<'a> {
             chi_squared,
             num_motions,
             nodes: self.graph.nodes.clone(),
-            loops: closure.loop_evidence().into_iter().zip(&present).map(of_loop).collect(),
+            loops: evidence.into_iter().zip(&present).map(of_loop).collect(),
             left_out: of_run.into_iter().filter(|scans| !present.contains(scans)).collect(),
         }
+    }
+
+    /// How far the rest of the graph contradicts each loop. One that was put in without a test may have torn the graph, which tells nothing
+    /// of it then: that one is compared with the graph that the other steps make.
+    fn evidence(&mut self, edits: &[Edit]) -> Vec<LoopEvidence> {
+        let mut all = self.graph.closure.loop_evidence();
+        let present = self.graph.closure.state();
+        let scans = self.scans_of(&present);
+        for (index, evidence) in all.iter_mut().enumerate().filter(|(_, evidence)| evidence.is_unchecked) {
+            let is_other = |edit: &&Edit| edit.scans().map(|of| self.places(of)) != Some(self.places(scans[index]));
+            let others: Vec<Edit> = edits.iter().filter(is_other).cloned().collect();
+            self.apply(&others);
+            evidence.chi_squared = self.graph.closure.contradiction_of(&present, index);
+            self.graph.closure.restore(&present);
+        }
+        all
     }
 
     fn preview(&mut self, edits: &[Edit]) -> Result<Consequence> {

@@ -3,12 +3,7 @@
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-use super::Reconstruction;
 use super::anchor::{ACCURACY, Fit, too_far};
-use super::edit_faults::check_alone;
-use super::edits::Edit;
-use super::map_edits::MapEdits;
-use crate::error::Result;
 use crate::geometry::{Pose2, RigidMotion};
 
 /// A point of a plan, and where it is in the map.
@@ -42,9 +37,6 @@ pub struct PlacedPlan {
     pub contradiction: Option<String>,
 }
 
-/// A turn, a shift and one scale.
-const NUM_UNKNOWNS: usize = 4;
-
 impl PlacedPlan {
     /// By the similarity that fits the points best in the sense of least squares; `None` where they coincide.
     pub(super) fn of(picture: &str, points: &[PlanPoint], accuracy: Option<f64>) -> Option<Self> {
@@ -52,7 +44,7 @@ impl PlacedPlan {
         let fit = Fit::of(&points.iter().map(pair).collect::<Vec<_>>(), true)?;
         // A point is pointed at to a cell of the map, and to a pixel of the picture.
         let accuracy = accuracy.unwrap_or_else(|| ACCURACY.hypot(fit.scale));
-        let contradiction = fit.worst_if_contradictory(accuracy, NUM_UNKNOWNS).map(|(worst, residual)| {
+        let contradiction = fit.worst_if_contradictory(accuracy).map(|(worst, residual)| {
             format!("The points do not fit each other to {accuracy:.3} m: point {worst} is off by {residual:.2} m.")
         });
         Some(Self {
@@ -97,20 +89,4 @@ pub(super) fn fault(points: &[PlanPoint], accuracy: Option<f64>) -> Option<(Stri
         let problem = || "the points are all at one place, which tells no direction".to_owned();
         PlacedPlan::of("", points, accuracy).is_none().then(|| (problem(), remedy))
     })
-}
-
-impl Reconstruction {
-    /// The building plan that steps have laid behind the map.
-    pub fn plan(&self) -> Option<&PlacedPlan> {
-        self.run.as_ref().and_then(|run| run.map_edits.plan())
-    }
-
-    /// Where a step would lay a plan in the map as it is; `None` for another step.
-    ///
-    /// # Errors
-    /// Where the step is not valid.
-    pub fn preview_plan(step: &Edit) -> Result<Option<PlacedPlan>> {
-        check_alone(1, step)?;
-        Ok(MapEdits::plan_of(step))
-    }
 }

@@ -166,6 +166,11 @@ impl LoopClosure {
         Ok(())
     }
 
+    /// Squared Mahalanobis distance of a loop of another state from what the graph tells now; 0 where it tells nothing.
+    pub fn contradiction_of(&self, state: &GraphState, index: usize) -> f64 {
+        self.distance_from_graph(&state.loops[index].candidate).unwrap_or(0.0)
+    }
+
     /// How far the rest of the graph contradicts each loop, in the order of [`ends`](Self::ends).
     pub fn loop_evidence(&self) -> Vec<LoopEvidence> {
         let covariances = self.relative_covariances(false);
@@ -245,16 +250,20 @@ impl LoopClosure {
     }
 
     fn check_against_graph(&self, candidate: &Candidate) -> Result<(), Refusal> {
-        let Some(covariances) = self.relative_covariances(false) else { return Ok(()) };
+        match self.distance_from_graph(candidate) {
+            Some(sq_distance) if sq_distance > mahalanobis::ONE_IN_HUNDRED_THOUSAND => {
+                Err(Refusal::ContradictsGraph(sq_distance))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Squared Mahalanobis distance of what was found from what the graph tells; `None` where that tells nothing.
+    fn distance_from_graph(&self, candidate: &Candidate) -> Option<f64> {
         let (target, source) = (candidate.target, candidate.source);
         let off = (candidate.found.T_target_source * self.motion(target, source).inverse()).log();
-        let covariance = candidate.found.covariance + covariances.between(target, source);
-        let sq_distance = mahalanobis::squared(&off, &covariance);
-        if sq_distance > mahalanobis::ONE_IN_HUNDRED_THOUSAND {
-            Err(Refusal::ContradictsGraph(sq_distance))
-        } else {
-            Ok(())
-        }
+        let covariance = candidate.found.covariance + self.relative_covariances(false)?.between(target, source);
+        Some(mahalanobis::squared(&off, &covariance))
     }
 
     /// By the test that the matches of a search pass.
