@@ -51,8 +51,9 @@ Further steps edit the map that the loops have made, and its grid, in their orde
     { "action": "anchor", "pairs": [{ "map": [0, 0], "world": [120, 45] }, { "map": [9, 2], "world": [129, 47] }] }
                                             onto known coordinates; "accuracy": 0.02 (m, standard deviation)
     { "action": "lay_plan", "picture": "plan.png", "points": [{ "picture": [120, 40], "map": [0, 0] }, ...] }
-                                            a building plan behind the map, by three points or more: pixels right and down
-                                            from the upper left corner; "accuracy": 0.1 (m); { "action": "remove_plan" }
+                                            a building plan behind the map, by three points or more: pixels right
+                                            and down from the upper left corner; "accuracy": 0.1 (m)
+    { "action": "remove_plan" }             takes it off
     { "action": "leave_out", "first": 10, "last": 19 }
 Poses, points and grid move together; a turn is about the map's origin. Painted and cropped is the grid of the main
 piece.
