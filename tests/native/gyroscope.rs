@@ -56,6 +56,15 @@ fn no_good_sweep_is_turned_where_a_lidar_begins_to_spin_in_a_corridor_without_a_
     }
 }
 
+/// By 80 to 130 degrees a sweep: two sweeps fit one another as well at another rate of turn, by which the corridor has three ends or one.
+#[test]
+fn no_good_sweep_is_turned_where_a_lidar_spins_faster_than_sweeps_tell() {
+    for rate in [14.0, 17.0, -17.0] {
+        let (off, num_good, notes) = errors(&corridor(), |time| spinning(rate, time), None);
+        assert!(off[0] < 0.3 && off[1] < 1.5, "{rate} rad/s: {off:?}, {num_good}, {notes}");
+    }
+}
+
 #[test]
 fn a_lidar_that_spins_in_a_corridor_is_followed_by_its_gyroscope() {
     let (space, pose) = (corridor(), |time| spinning(8.0, time));

@@ -1,5 +1,5 @@
 //! What a gyroscope beside a lidar changes, right ones and wrong ones: rendered sweeps in a bare corridor, in which the lidar spins, and around a
-//! square. Arguments: `--sweeps N` (20), `--rate RAD_PER_S` (5).
+//! square. Arguments: `--sweeps N` (20), `--rate RAD_PER_S` (5, negative: clockwise).
 
 use scanstitch::geometry::{Pose3, RigidMotion};
 use scanstitch::odometry::assessment::Status;

@@ -1,5 +1,5 @@
 //! Scores the odometry of lidars that move while they turn: rendered drives, with the errors of the same drive without skew, with skew and
-//! straightened, with skew left in, and straightened by the true motion, each the mean over worlds. Arguments: `--sweeps N` (20), `--worlds N` (1), `--only LIDAR`,
+//! straightened, with skew left in, straightened by the true motion, and without skew but with times, each the mean over worlds. Arguments: `--sweeps N` (20), `--worlds N` (1), `--only LIDAR`,
 //! `--points N` to register at most as many points of a sweep, `--write DIR` to write the sweeps for other programs (x y z t as
 //! 64-bit floats, `NAME/0000.bin`, and `NAME/truth.txt`), `--time` to take the processor time of sweeps of 120,000 beams instead.
 
@@ -198,17 +198,23 @@ pub fn main() {
         return time(&worlds[0], num_sweeps);
     }
     println!(
-        "{:26} {:>22} {:>22} {:>22} {:>22}",
-        "rmse / most (mm), good", "no skew", "straightened", "skew left in", "by the true motion"
+        "{:26} {:>22} {:>22} {:>22} {:>22} {:>22}",
+        "rmse / most (mm), good",
+        "no skew",
+        "straightened",
+        "skew left in",
+        "by the true motion",
+        "no skew, with times"
     );
     for (name, lidar) in chosen_lidars() {
         for (speed, rate) in [(0.5, 1.0), (2.0, 1.0), (10.0, 1.0), (0.5, 2.0), (2.0, 2.0), (10.0, 2.0)] {
-            let mut columns = [(); 4].map(|()| Vec::new());
+            let mut columns = [(); 5].map(|()| Vec::new());
             for (space, seed) in worlds.iter().zip(1..) {
                 let drive = Drive { space, lidar, speed, rate, num_sweeps, seed };
                 let (still, skewed) = (drive.sweeps(false), drive.sweeps(true));
                 let left_in = without_times(&skewed);
-                let all = [without_times(&still), straightened(&skewed), left_in, by_true_motion(&drive, &skewed)];
+                let by_truth = by_true_motion(&drive, &skewed);
+                let all = [without_times(&still), straightened(&skewed), left_in, by_truth, straightened(&still)];
                 for (column, poses) in columns.iter_mut().zip(&all) {
                     column.push(drive.errors(poses));
                 }
@@ -217,8 +223,8 @@ pub fn main() {
                     write(&Path::new(&folder).join(&name), &drive, &skewed);
                 }
             }
-            let [a, b, c, d] = columns.map(|column| cell(&column));
-            println!("{:26} {a:>22} {b:>22} {c:>22} {d:>22}", format!("{name}, {speed} m/s, {rate} rad/s"));
+            let [a, b, c, d, e] = columns.map(|column| cell(&column));
+            println!("{:26} {a:>22} {b:>22} {c:>22} {d:>22} {e:>22}", format!("{name}, {speed} m/s, {rate} rad/s"));
         }
     }
 }

@@ -1,6 +1,7 @@
-//! Drives of a kilometre through rendered streets that come back to three of them: drift with and without loops, and loops that are
-//! wrong. Arguments: `--drives N` (20), a quarter of them through streets that repeat; `--first SEED` (1); `--step M` (1).
+//! Drives of a kilometre through rendered streets that come back to three of them: drift with and without loops, from the first pose on and after
+//! all of them are aligned, and loops that are wrong. Arguments: `--drives N` (20), a quarter of them through streets that repeat; `--first SEED` (1); `--step M` (1).
 
+use scanstitch::evaluation::umeyama::umeyama;
 use scanstitch::geometry::RigidMotion;
 use scanstitch::odometry::assessment::Status;
 use scanstitch::pipeline::spatial_settings::{LoopClosing, SpatialSettings};
@@ -13,6 +14,8 @@ use crate::arguments::argument;
 /// What came of a drive.
 struct Outcome {
     rmse: f64,
+    /// The same after the rotation and translation that align all positions best.
+    aligned: f64,
     end: f64,
     num_loops: usize,
     num_good: usize,
@@ -53,7 +56,13 @@ fn run(seed: u64, repeats: bool, step: f64, loop_closing: LoopClosing) -> Outcom
         before.filter(|before| apart(before) < 3.0)
     };
     let of_revisits = (0..poses.len()).filter_map(|index| Some(error(nearest(index)?, index))).fold(0.0, f64::max);
+    let T_first_world = truth[0].inverse();
+    let found: Vec<_> = poses.iter().map(|pose| pose.translation.vector).collect();
+    let expected: Vec<_> = truth.iter().map(|pose| (T_first_world * pose).translation.vector).collect();
+    let fit = umeyama(&found, &expected, false).unwrap().similarity;
+    let off = found.iter().zip(&expected).map(|(a, b)| (fit.rotation * a + fit.translation - b).norm_squared());
     Outcome {
+        aligned: (off.sum::<f64>() / all.len() as f64).sqrt(),
         rmse: (all.iter().map(|error| error * error).sum::<f64>() / all.len() as f64).sqrt(),
         end: all[all.len() - 1],
         num_loops: reconstruction.loop_report().num_closed,
@@ -68,18 +77,20 @@ pub fn main() {
     let (num_drives, step) = (number("--drives", 20.0) as u64, number("--step", 1.0));
     let first = number("--first", 1.0) as u64;
     println!(
-        "| drive | without loops: rmse, end, at revisits (m) | with loops: the same | loops | good |\n|---|---|---|---|---|"
+        "| drive | without loops: rmse, aligned, end, at revisits (m) | with loops: the same | loops | good |\n|---|---|---|---|---|"
     );
     for seed in first..first + num_drives {
         let repeats = seed % 4 == 0;
         let [without, with] = [LoopClosing::Off, LoopClosing::On].map(|closing| run(seed, repeats, step, closing));
         println!(
-            "| {seed}{} | {:.2}, {:.2}, {:.2} | {:.2}, {:.2}, {:.2} | {} | {} of {} |",
+            "| {seed}{} | {:.2}, {:.3}, {:.2}, {:.2} | {:.2}, {:.3}, {:.2}, {:.2} | {} | {} of {} |",
             if repeats { ", repeating" } else { "" },
             without.rmse,
+            without.aligned,
             without.end,
             without.of_revisits,
             with.rmse,
+            with.aligned,
             with.end,
             with.of_revisits,
             with.num_loops,

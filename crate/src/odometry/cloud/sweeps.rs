@@ -40,15 +40,15 @@ pub struct SweepOdometry {
     pub(super) options: CloudOptions,
     num_sweeps: usize,
     /// The first sweep with its number, as long as it is not straightened.
-    first: Option<(usize, Sweep)>,
+    pub(super) first: Option<(usize, Sweep)>,
     T_world_stamp_of_first: Pose3,
     /// When the last registered sweep was measured (s).
     last_time: Option<f64>,
     pub(super) velocity: Option<Vector6<f64>>,
     /// Whether the last registered sweep, whose velocity this is, was good.
     pub(super) is_last_good: bool,
-    /// Whether sweeps after it were lost.
-    pub(super) is_after_lost: bool,
+    /// Whether the first two sweeps fit one another about as well at another rate of turn.
+    pub(super) is_rate_open: bool,
     pub(super) gyro: Gyro,
     skew_test: SkewTest,
     /// The last sweep as it is, where the test is open.
@@ -142,7 +142,7 @@ impl SweepOdometry {
             last_time: None,
             velocity: None,
             is_last_good: false,
-            is_after_lost: false,
+            is_rate_open: false,
             gyro: Gyro::default(),
             skew_test: SkewTest::default(),
             last_as_it_is: None,
@@ -229,14 +229,11 @@ impl SweepOdometry {
         }
         let predicted = self.find(&mut sweep);
         let mut found = match self.find_turned(&mut sweep, predicted) {
-            Ok(found) => found,
-            Err(lost) => {
-                self.is_after_lost = true;
-                return self.lost(number, &sweep, *lost);
-            }
+            Ok(found) => self.without_look_alike(&mut sweep, found),
+            Err(lost) => return self.lost(number, &sweep, *lost),
         };
-        self.doubt_look_alike(&sweep, &mut found);
-        let (velocity, frame, found) = found;
+        self.doubt_unknown_turn(&sweep, &mut found);
+        let (mut velocity, frame, found) = found;
         let mut velocities = vec![(number, velocity)];
         if let Some((first_number, first)) = self.first.take() {
             self.T_world_stamp_of_first = first.at_stamp(&Pose3::identity(), &velocity);
@@ -249,10 +246,12 @@ impl SweepOdometry {
             && self.is_refuted()
         {
             self.clouds.begin(as_it_is);
-            velocities = (0..=number).map(|number| (number, Vector6::zeros())).collect();
+            // As it is, a sweep is seen from where its time stamp is.
+            (velocity, self.T_world_stamp_of_first) = (Vector6::zeros(), Pose3::identity());
+            velocities = (0..=number).map(|number| (number, velocity)).collect();
         }
         (self.last_time, self.velocity) = (sweep.time, velocities.first().map(|(_, velocity)| *velocity));
-        (self.is_last_good, self.is_after_lost) = (estimate.assessment.status == Status::Good, false);
+        self.is_last_good = estimate.assessment.status == Status::Good;
         self.largest_bend = self.largest_bend.max(sweep.bend(&velocity));
         estimate.T_world_sensor = self.in_world(&sweep, &estimate.T_world_sensor, &velocity);
         SweepEstimate { estimate, velocities }
