@@ -8,12 +8,12 @@
 //! to first order; the noise is that of the registration itself. The joint covariance of all errors follows frame by frame: a place
 //! that is seen again is as certain as it was, and one that is reached over many frames collects the noise of all.
 
-use nalgebra::{DMatrix, Matrix6, Vector3, Vector6};
+use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
 use rustc_hash::FxHashMap;
 
 use super::chain::ERROR_RATIO;
 use super::evidence::FINE_TOLERANCE;
-use super::pose_hypothesis::{PoseHypothesis, PoseUncertainty};
+use super::pose_hypothesis::PoseHypothesis;
 use super::reference_map::ReferenceMap;
 use crate::geometry::Pose3;
 use crate::registration::factors::{Correspondence, Factor, PointToPlane};
@@ -81,22 +81,18 @@ impl ErrorPropagation {
         self.frames = kept.iter().map(|index| self.frames[*index]).collect();
     }
 
-    /// Adds a registered frame, whose pose may be wrong as told, and returns the covariance of its error.
+    /// Adds a registered frame, with the covariance that is open of its position where it is uncertain, and returns the covariance of its error.
     pub(super) fn add_registered(
         &mut self,
         number: u32,
         hypothesis: &PoseHypothesis,
         reference: &ReferenceMap,
-        uncertainty: Option<&PoseUncertainty>,
+        open: Option<Option<Matrix3<f64>>>,
     ) -> Matrix6<f64> {
         let information =
             hypothesis.registration.information / ERROR_RATIO.powi(2) + covariance_of(UNKNOWN.0, UNKNOWN.1, -2);
         let noise = information.try_inverse().unwrap_or_else(|| covariance_of(UNKNOWN.0, UNKNOWN.1, 2));
-        self.add(
-            number,
-            &normal_matrices(hypothesis, reference),
-            &(noise + uncertainty.map_or_else(Matrix6::zeros, of_uncertain)),
-        )
+        self.add(number, &normal_matrices(hypothesis, reference), &(noise + open.map_or_else(Matrix6::zeros, of_open)))
     }
 }
 
@@ -122,9 +118,9 @@ fn shares(normal_matrices: &FxHashMap<u32, Matrix6<f64>>) -> impl Iterator<Item 
     normal_matrices.iter().map(move |(frame, part)| (*frame, inverse * part))
 }
 
-/// What an uncertain pose adds.
-fn of_uncertain(uncertainty: &PoseUncertainty) -> Matrix6<f64> {
-    let Some(position) = uncertainty.covariance() else { return covariance_of(UNKNOWN.0, UNKNOWN.1, 2) };
+/// What the open covariance of a position (m^2) adds; `None` where nothing bounds it.
+fn of_open(open: Option<Matrix3<f64>>) -> Matrix6<f64> {
+    let Some(position) = open else { return covariance_of(UNKNOWN.0, UNKNOWN.1, 2) };
     let mut covariance = Matrix6::zeros();
     covariance.fixed_view_mut::<3, 3>(3, 3).copy_from(&position);
     covariance
