@@ -98,15 +98,6 @@ impl Keyframes {
         }
     }
 
-    /// Adds the keyframes of another set that have a `motion` (of the world) by their frame's number, moved by it.
-    pub fn merge(&mut self, other: &Self, motion: impl Fn(u32) -> Option<Pose3>) {
-        for keyframe in &other.keyframes {
-            if let Some(motion) = motion(keyframe.frame) {
-                self.push(Keyframe { T_world_camera: motion * keyframe.T_world_camera, ..keyframe.clone() });
-            }
-        }
-    }
-
     /// All of them, in the order in which they were added.
     pub fn all(&self) -> &[Keyframe] {
         &self.keyframes
@@ -201,19 +192,6 @@ mod tests {
         for index in 0..num_frames {
             assert!(!keyframes.near(&at(index)).is_empty(), "no keyframe near frame {index}");
         }
-    }
-
-    #[test]
-    fn only_keyframes_with_a_motion_are_merged() {
-        let (frame, mut others, mut keyframes) = (wall(), Keyframes::default(), Keyframes::default());
-        for number in 0..3 {
-            others.add(&frame, number, &Pose3::from(Translation3::new(f64::from(number), 0.0, 0.0)));
-        }
-        keyframes.merge(&others, |number| (number > 0).then(|| Translation3::new(0.0, 0.5, 0.0).into()));
-        let places: Vec<_> =
-            keyframes.all().iter().map(|keyframe| keyframe.T_world_camera.translation.vector).collect();
-        assert_eq!(places, [Vector3::new(1.0, 0.5, 0.0), Vector3::new(2.0, 0.5, 0.0)]);
-        assert_eq!(keyframes.num_bytes, keyframes.all().iter().map(Keyframe::num_bytes).sum::<usize>());
     }
 
     #[test]

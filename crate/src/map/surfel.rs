@@ -109,16 +109,10 @@ impl SurfelMap {
     /// Moves every surfel by the `motion` (of the world) of the frame that measured it first.
     pub fn apply_corrections(&mut self, motion: impl Fn(u32) -> Pose3) {
         let unmoved = std::mem::take(self);
-        self.merge(&unmoved, |frame| Some(motion(frame)));
-    }
-
-    /// Adds the surfels of another map whose first frame has a `motion` (of the world), moved by it.
-    pub fn merge(&mut self, other: &Self, motion: impl Fn(u32) -> Option<Pose3>) {
-        let mut last: Option<(u32, Option<Pose3>)> = None;
-        for packed in other.blocks.iter().flat_map(|block| &block.surfels) {
+        let mut last: Option<(u32, Pose3)> = None;
+        for packed in unmoved.blocks.iter().flat_map(|block| &block.surfels) {
             let (surfel, frame) = (packed.surfel(), packed.tag);
             let (_, T) = *last.insert(last.filter(|(known, _)| *known == frame).unwrap_or((frame, motion(frame))));
-            let Some(T) = T else { continue };
             let point = <Pose3 as RigidMotion>::act(&T, &surfel.point);
             self.add(Surfel { point, normal: T.rotation * surfel.normal, ..surfel }, frame);
         }
@@ -257,21 +251,6 @@ mod tests {
         assert_eq!((at_depth(2.0), at_depth(8.5)), (before.len() / 2, before.len() / 2));
         let (camera, T) = (wall(2.0, 0.01), Pose3::translation(0.0, 0.0, 6.5));
         assert_eq!(map.view(&camera, &T).len(), before.len() / 2, "blocks lie where their surfels are");
-    }
-
-    #[test]
-    fn only_surfels_of_frames_with_a_motion_are_merged() {
-        let (mut other, at) = (SurfelMap::default(), [Pose3::identity(), Pose3::translation(0.0, 0.0, 5.0)]);
-        for (number, T) in (0..).zip(&at) {
-            let view = other.view(&wall(2.0, 0.01), T);
-            other.insert(&wall(2.0, 0.01), number, T, &view);
-        }
-        let mut map = SurfelMap::default();
-        insert(&mut map, &wall(1.0, 0.01), &Pose3::identity());
-        let (before, added) = (len(&map), len(&other) / 2);
-        map.merge(&other, |frame| (frame == 1).then(|| Pose3::translation(0.0, 0.0, 2.0)));
-        assert_eq!(len(&map), before + added);
-        assert_eq!(map.surfels().filter(|surfel| (surfel.point.z - 9.0).abs() < 1e-6).count(), added);
     }
 
     #[test]

@@ -28,10 +28,10 @@ mod reference_map;
 mod register;
 mod resolve_degeneracy;
 mod second_basin;
-mod tentative_branch;
 mod textured_frame;
 mod unregistered_frames;
 
+pub use self::chain::{UnresolvedFrame, UnresolvedFrames};
 pub use self::estimate::{PoseUpdate, SpatialEstimate};
 pub(crate) use self::evidence::{ComparedSurfaces, FINE_TOLERANCE, MIN_AGREEMENT_DIFFERENCE, score};
 pub(crate) use self::frame_matcher::{fine_options, middle_options};
@@ -39,7 +39,6 @@ pub(crate) use self::hypotheses::{best_distinct, grid_around};
 pub use self::odometry::DepthOdometry;
 pub use self::options::{ColorUse, DepthOptions, Effort};
 pub use self::pair_registration::{PairRegistration, Search};
-pub use self::tentative_branch::{UnresolvedFrame, UnresolvedFrames};
 #[cfg(doc)]
 use crate::registration::prepared_surfels::PreparedSurfels;
 pub use crate::registration::spatial::SpatialRegistration;

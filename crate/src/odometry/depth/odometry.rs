@@ -3,11 +3,10 @@
 mod relocalize;
 mod rival_chain;
 
-use self::relocalize::{BackwardRelocalization, RelocalizationRounds};
+use self::relocalize::RelocalizationRounds;
 use self::rival_chain::RivalChain;
-use super::chain::{Chain, Decision, Proposal};
+use super::chain::{Chain, Decision, Member, Proposal, UnresolvedFrames};
 use super::estimate::{PoseUpdate, SpatialEstimate};
-use super::tentative_branch::UnresolvedFrames;
 use super::unregistered_frames::UnregisteredFrames;
 use super::{ColorUse, DepthOptions};
 use crate::geometry::Pose3;
@@ -35,8 +34,6 @@ pub struct DepthOdometry {
     unregistered_frames: UnregisteredFrames,
     /// Changes of earlier frames that have not been taken yet, in the order in which they arose.
     pose_updates: Vec<PoseUpdate>,
-    /// Frames before a registered one that are to be relocalized, one with each frame that follows.
-    backward: Option<BackwardRelocalization>,
     /// Relocalization after the last frame; `None` while frames follow.
     rounds: Option<RelocalizationRounds>,
 }
@@ -52,7 +49,6 @@ impl DepthOdometry {
             rival_chain: None,
             unregistered_frames: UnregisteredFrames::default(),
             pose_updates: Vec::new(),
-            backward: None,
             rounds: None,
         }
     }
@@ -69,7 +65,6 @@ impl DepthOdometry {
         }
         self.check_colors(frame);
         let Some(chain) = &mut self.chain else { return self.begin_chain(number, frame) };
-        let is_after_gap = chain.num_rejected() > 0;
         let matcher = chain.matcher(frame);
 
         // Predict, propose and register.
@@ -84,21 +79,22 @@ impl DepthOdometry {
             Proposal::InMap(chain.search_wider(&matcher, near))
         };
 
-        let mut outcome = match chain.assess(&matcher, proposal) {
-            Decision::Accept(hypothesis) => chain.accept(number, frame, hypothesis),
-            Decision::KeepTentative(hypothesis, why) => chain.keep_tentative(number, frame, hypothesis, why).into(),
-            Decision::Append(hypothesis, why) => chain.append(number, frame, hypothesis, Some(why)).into(),
-            Decision::Reject(hypothesis, why) => chain.reject(number, frame, hypothesis, why).into(),
+        let mut dropped = Vec::new();
+        let mut estimate = match chain.assess(&matcher, proposal) {
+            Decision::Accept(hypothesis) => chain.accept(number, frame, hypothesis, &mut dropped),
+            Decision::KeepTentative(hypothesis, why) => chain.keep_tentative(number, frame, hypothesis, why),
+            Decision::Append(hypothesis, why) => chain.append(number, frame, hypothesis, Some(why)),
+            Decision::Reject(hypothesis, why) => chain.reject(number, frame, hypothesis, why),
         };
 
-        self.pose_updates.extend(outcome.pose_updates());
-        self.reassess(number, &mut outcome.estimate);
-        if !outcome.estimate.is_in_map {
-            self.unregistered_frames.push(number, frame, &outcome.estimate);
-            return self.extend_rival_chain(number, frame, &outcome.estimate).unwrap_or(outcome.estimate);
+        self.pose_updates.extend(dropped.iter().map(Member::pose_update));
+        self.reassess(number, &mut estimate);
+        if !estimate.is_in_map {
+            self.unregistered_frames.push(number, frame, &estimate);
+            return self.extend_rival_chain(number, frame, &estimate).unwrap_or(estimate);
         }
-        self.relocalize_earlier(number, frame, &outcome, is_after_gap);
-        outcome.estimate
+        self.note_unregistered(number, frame, &estimate);
+        estimate
     }
 
     /// Whether the colours are not those of the depth's pixels; they are not used then.

@@ -1,6 +1,6 @@
 //! A pose hypothesis: a registration with its evidence, and the conditions under which it is accepted.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::evidence::{LIMITS, MIN_AGREEMENT_DIFFERENCE, PoseEvidence};
 use super::prediction_gate::PredictionGate;
@@ -64,33 +64,6 @@ const WELL_CONSTRAINED_SHARE: f64 = 0.05;
 /// Standard deviation along it, from the residuals (m), below which fewer surfaces constrain it, too: of 295 such frames of
 /// generated flats one was off by 4 cm, the others by less than 3.
 const WELL_CONSTRAINED_SIGMA: f64 = 1e-3;
-
-/// How the pose of a frame may be wrong.
-#[derive(Clone, Copy)]
-pub(super) enum PoseUncertainty {
-    /// By a translation along this direction (unit vector in the world), with this standard deviation (m).
-    Along(Vector3<f64>, f64),
-    /// By this translation (m, in the world): the surfaces repeat.
-    Period(Vector3<f64>),
-    /// By a motion of at most this length (m, two metres per radian).
-    Within(f64),
-    /// By any motion.
-    Unbounded,
-}
-
-impl PoseUncertainty {
-    /// Covariance of the position (m^2); `None` where it is not bounded.
-    pub(super) fn covariance(&self) -> Option<Matrix3<f64>> {
-        match self {
-            Self::Along(direction, sigma) => {
-                sigma.is_finite().then(|| direction * direction.transpose() * (sigma * sigma))
-            }
-            // Of a uniform distribution in a ball.
-            Self::Within(radius) => Some(Matrix3::from_diagonal_element(radius * radius / 5.0)),
-            Self::Period(_) | Self::Unbounded => None,
-        }
-    }
-}
 
 impl PoseHypothesis {
     /// A registration with its evidence; it is not known to be degenerate.
@@ -205,17 +178,6 @@ impl PoseHypothesis {
         self.is_degenerate()
             && self.is_plausible()
             && matches!(gate, PredictionGate::Inside | PredictionGate::InsideAfterGap)
-    }
-
-    /// How the pose may be wrong where it is not accepted.
-    pub(super) fn uncertainty(&self) -> PoseUncertainty {
-        if let Some(offset) = self.second_basin {
-            PoseUncertainty::Period(offset)
-        } else if let Some(sigma) = self.degenerate_sigma {
-            PoseUncertainty::Along(self.weakest.direction, sigma)
-        } else {
-            PoseUncertainty::Unbounded
-        }
     }
 
     /// Whether the map that it was registered to constrains all directions.

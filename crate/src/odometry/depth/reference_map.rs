@@ -37,12 +37,6 @@ impl ReferenceMap {
         self.keyframes.add(frame, number, T_world_camera);
     }
 
-    /// Adds the content of another map from the frames that have a `motion` (of the world), moved by it.
-    pub(super) fn merge(&mut self, other: &Self, motion: &impl Fn(u32) -> Option<Pose3>) {
-        self.map.merge(&other.map, motion);
-        self.keyframes.merge(&other.keyframes, motion);
-    }
-
     /// Moves each frame's content by its `motion` (of the world).
     pub(super) fn apply_corrections(&mut self, motion: &impl Fn(u32) -> Pose3) {
         self.map.apply_corrections(motion);

@@ -1,103 +1,194 @@
-//! Accept: a frame with a certain pose is added to the map, and resolves the tentative branches whose map it sees.
+//! What becomes of a frame: it is added to the map with a certain or an uncertain pose, or rejected and searched for again later.
 
+use super::super::frame_matcher::FrameMatcher;
+use super::super::hypotheses::SAME_POSE_DISTANCE;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
-use super::super::tentative_branch::{BranchCorrection, BranchOutcome, TentativeBranch};
-use super::{Chain, Member, Outcome};
+use super::super::reference_map::ReferenceMap;
+use super::super::second_basin::SearchArea;
+use super::super::{DepthOptions, SpatialEstimate};
+use super::track::PosedFrame;
+use super::{Chain, Member};
+use crate::geometry::Pose3;
+use crate::geometry::pose_distance::pose_distance;
 use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::prepared_surfels::PreparedSurfels;
 
+/// Largest number of tentative branches; each stores the blocks of the map that have changed since.
+const MAX_BRANCHES: usize = 4;
+
+/// The members since one with an uncertain pose. An error of that pose carries over to all poses after it, until a frame is
+/// registered to the map from before the branch and thereby resolves it.
+#[derive(Clone)]
+pub(super) struct Branch {
+    pub(super) map_before: ReferenceMap,
+    /// How many members are in that map.
+    num_before: usize,
+}
+
+impl Branch {
+    /// The registration of a frame near a pose to the map from before the branch; `None` where it does not determine the pose. One that
+    /// refutes others must be well constrained itself: along a bare wall, free space at the borders of objects tells positions
+    /// apart, but not reliably.
+    fn anchored(
+        &self,
+        frame: &PreparedSurfels,
+        T_world_sensor: &Pose3,
+        options: DepthOptions,
+    ) -> Option<PoseHypothesis> {
+        let matcher = FrameMatcher::new(&self.map_before, frame, options);
+        let anchored = matcher.register_at(*T_world_sensor);
+        let is_accepted = anchored.is_constrained_by_map() && anchored.is_accepted(PredictionGate::InsideAfterGap);
+        let is_reliable =
+            is_same(&anchored, T_world_sensor) || anchored.photometric_ncc.is_some() || anchored.is_well_constrained();
+        let is_anchored =
+            is_accepted && is_reliable && matcher.second_basin(&anchored, &SearchArea::anywhere(&anchored)).is_none();
+        is_anchored.then_some(anchored)
+    }
+}
+
+fn is_same(hypothesis: &PoseHypothesis, T_world_sensor: &Pose3) -> bool {
+    pose_distance(hypothesis.T_world_sensor(), T_world_sensor) < SAME_POSE_DISTANCE
+}
+
 impl Chain {
-    /// Adds a frame with a certain pose. Its registration to the map from before a tentative branch resolves the branch.
+    /// Adds a frame with a certain pose. Its registration to the map from before a tentative branch resolves the branch: if that is
+    /// wrong, its members are `dropped`.
     pub(in super::super) fn accept(
         &mut self,
         number: u32,
         frame: &PreparedSurfels,
         mut hypothesis: PoseHypothesis,
-    ) -> Outcome {
-        let (mut moved, mut dropped, mut uncertain) = (Vec::new(), Vec::new(), Vec::new());
+        dropped: &mut Vec<Member>,
+    ) -> SpatialEstimate {
+        // Elsewhere its pose does not tell whether the branch is right.
         let is_next = self.num_rejected == 0 && self.gate_of(&hypothesis) != PredictionGate::NoPrediction;
-        while let Some(branch) = self.tentative_branches.pop() {
-            match branch.resolved_by(frame, hypothesis.T_world_sensor(), self.options) {
-                BranchOutcome::Unresolved => {
-                    self.tentative_branches.push(branch);
-                    break;
-                }
-                // The frame does not follow the end of the branch, so its pose does not tell whether the branch is right: the
-                // branch is dropped, and the frame accepted by its pose in the map from before it.
-                BranchOutcome::Confirmed(anchored) if !is_next => {
-                    uncertain.extend(branch.uncertain());
-                    dropped.extend(self.drop_members(&branch.unknown_corrections()));
-                    self.mark_resolved(&branch);
-                    self.reference = branch.into_map_before();
-                    hypothesis = *anchored;
-                    break;
-                }
-                BranchOutcome::Confirmed(_) => self.mark_resolved(&branch),
-                BranchOutcome::Refuted(anchored) => {
-                    uncertain.extend(branch.uncertain());
-                    let (certain, others) = self.correct_branch(branch, &hypothesis, &anchored);
-                    moved.extend(certain);
-                    dropped.extend(others);
-                    hypothesis = *anchored;
-                    hypothesis.view = self.reference.map.view(&frame.image, hypothesis.T_world_sensor());
-                }
+        while let Some(branch) = self.branches.pop() {
+            let Some(anchored) = branch.anchored(frame, hypothesis.T_world_sensor(), self.options) else {
+                self.branches.push(branch);
+                break;
+            };
+            if !is_next || !is_same(&anchored, hypothesis.T_world_sensor()) {
+                dropped.extend(self.drop_branch(branch));
+                hypothesis = anchored;
+                break;
+            }
+            for member in &mut self.members[branch.num_before..] {
+                member.open = Some(nalgebra::Matrix3::zeros());
             }
         }
-        Outcome { estimate: self.append(number, frame, hypothesis, None), moved, dropped, uncertain }
+        self.append(number, frame, hypothesis, None)
     }
 
-    /// Corrects a branch at whose end a frame was registered to the map from before it (`anchored`) at another pose than to the
-    /// whole map. Returns the members whose corrected poses are certain, and those that were dropped.
-    fn correct_branch(
-        &mut self,
-        branch: TentativeBranch,
-        hypothesis: &PoseHypothesis,
-        anchored: &PoseHypothesis,
-    ) -> (Vec<Member>, Vec<Member>) {
-        let (T_world_sensor, T_world_anchored) = (hypothesis.T_world_sensor(), anchored.T_world_sensor());
-        let error = T_world_anchored.translation.vector - T_world_sensor.translation.vector;
-        let corrections = branch.corrections(&(T_world_anchored * T_world_sensor.inverse()), &error);
-        let (certain, dropped) = (self.move_members(&corrections), self.drop_members(&corrections));
-        self.mark_resolved(&branch);
-        let mut reference = branch.into_map_before();
-        let certain_corrections = || corrections.iter().filter(|correction| correction.is_certain);
-        reference.merge(&self.reference, &|number| {
-            certain_corrections().find(|correction| correction.number == number).map(|correction| correction.motion)
-        });
-        self.reference = reference;
-        (certain, dropped)
-    }
-
-    /// Marks the frames of a resolved branch in those that it began within.
-    fn mark_resolved(&mut self, branch: &TentativeBranch) {
-        for outer in &mut self.tentative_branches {
-            outer.mark_resolved(branch);
-        }
-    }
-
-    /// Moves the members whose corrections are certain.
-    fn move_members(&mut self, corrections: &[BranchCorrection]) -> Vec<Member> {
-        let mut moved = Vec::new();
-        for BranchCorrection { number, motion, .. } in corrections.iter().filter(|correction| correction.is_certain) {
-            let Some(member) = self.members.iter_mut().find(|member| member.number == *number) else { continue };
-            member.T_world_sensor = motion * member.T_world_sensor;
-            moved.push(member.clone());
-        }
-        moved
-    }
-
-    /// Removes the members whose corrections are not certain.
-    fn drop_members(&mut self, corrections: &[BranchCorrection]) -> Vec<Member> {
-        let mut dropped = Vec::new();
-        for BranchCorrection { number, motion, .. } in corrections.iter().filter(|correction| !correction.is_certain) {
-            let Some(index) = self.members.iter().position(|member| member.number == *number) else { continue };
-            let Member { number, T_world_sensor, registered, .. } = self.members.remove(index);
-            let reason = "it was registered through a frame with an uncertain pose, and a later frame showed that this \
-                          pose was wrong";
-            let assessment = Assessment { status: Status::Doubtful, reason: reason.to_owned(), ..registered };
-            dropped.push(Member::new(number, motion * T_world_sensor, assessment));
+    /// Goes back to the map from before a branch that is wrong.
+    fn drop_branch(&mut self, branch: Branch) -> Vec<Member> {
+        self.reference = branch.map_before;
+        let mut dropped = self.members.split_off(branch.num_before);
+        for member in &mut dropped {
+            member.assessment.status = Status::Doubtful;
+            member.assessment.reason =
+                "it was registered through a frame with an uncertain pose, and a later frame showed \
+                                        that this pose was wrong"
+                    .to_owned();
         }
         dropped
+    }
+
+    /// Adds a frame with an uncertain pose, and begins a tentative branch unless the last frame is uncertain, too.
+    pub(in super::super) fn keep_tentative(
+        &mut self,
+        number: u32,
+        frame: &PreparedSurfels,
+        hypothesis: PoseHypothesis,
+        assessment: Assessment,
+    ) -> SpatialEstimate {
+        self.surfaces_repeat |= hypothesis.second_basin.is_some();
+        let goes_on = !self.branches.is_empty() && self.members.last().is_some_and(|last| !last.is_certain());
+        if !goes_on && self.branches.len() < MAX_BRANCHES {
+            self.branches.push(Branch { map_before: self.reference.clone(), num_before: self.members.len() });
+        }
+        self.append(number, frame, hypothesis, Some(assessment))
+    }
+
+    /// Adds the frame after the last one; with an assessment if its own registration is uncertain.
+    pub(in super::super) fn append(
+        &mut self,
+        number: u32,
+        frame: &PreparedSurfels,
+        hypothesis: PoseHypothesis,
+        uncertain: Option<Assessment>,
+    ) -> SpatialEstimate {
+        let T_world_sensor = *hypothesis.T_world_sensor();
+        let open = uncertain.as_ref().map(|_| self.open_covariance(&hypothesis));
+        let motion = self.last.T_world_sensor.inverse() * T_world_sensor;
+        if uncertain.is_none() && self.num_rejected == 0 {
+            self.motion_prior.push(&motion);
+            self.reference.normal_repeatability.push(hypothesis.normal_repeatability);
+        }
+        (self.last, self.rejected, self.num_rejected) =
+            (PosedFrame::new(number, frame, T_world_sensor, motion), None, 0);
+        let assessment = uncertain.unwrap_or_else(|| hypothesis.assessment());
+        let estimate = self.insert(number, frame, hypothesis, assessment);
+        if let (Some(open), Some(member), false) = (open, self.members.last_mut(), self.branches.is_empty()) {
+            member.open = open;
+        }
+        estimate
+    }
+
+    /// Adds a frame to the map.
+    pub(in super::super) fn insert(
+        &mut self,
+        number: u32,
+        frame: &PreparedSurfels,
+        hypothesis: PoseHypothesis,
+        assessment: Assessment,
+    ) -> SpatialEstimate {
+        let T_world_sensor = *hypothesis.T_world_sensor();
+        self.reference.insert(frame, number, &T_world_sensor, &hypothesis.view);
+        self.members.push(Member::new(number, T_world_sensor, assessment.clone()));
+        let registration = Some(hypothesis.registration);
+        SpatialEstimate { T_world_sensor, overlap: hypothesis.overlap, assessment, registration, is_in_map: true }
+    }
+
+    /// The estimate of a frame that is not added to the map. If it is doubtful, the next frame is searched near it, too.
+    pub(in super::super) fn reject(
+        &mut self,
+        number: u32,
+        frame: &PreparedSurfels,
+        hypothesis: PoseHypothesis,
+        assessment: Assessment,
+    ) -> SpatialEstimate {
+        self.count_rejected();
+        let overlap = hypothesis.overlap;
+        if assessment.status == Status::Lost {
+            return self.lost(assessment.reason, overlap);
+        }
+        let T_world_sensor = *hypothesis.T_world_sensor();
+        // The frame before it is the one that was rejected before, or else the last of the map.
+        let before = match self.num_rejected {
+            1 => Some(&self.last),
+            _ => self.rejected.as_ref(),
+        };
+        let motion = before.map_or_else(Pose3::identity, |before| before.T_world_sensor.inverse() * T_world_sensor);
+        self.rejected = Some(PosedFrame::new(number, frame, T_world_sensor, motion));
+        let registration = Some(hypothesis.registration);
+        SpatialEstimate { T_world_sensor, registration, overlap, assessment, is_in_map: false }
+    }
+
+    /// Counts a frame that is not added to the map: the sensor may have moved further until the next one.
+    pub(in super::super) fn count_rejected(&mut self) {
+        self.num_rejected += 1;
+    }
+
+    /// The estimate of a lost frame: the last known pose.
+    pub(in super::super) fn lost(&self, reason: String, overlap: f64) -> SpatialEstimate {
+        let T_world_sensor = self.rejected.as_ref().unwrap_or(&self.last).T_world_sensor;
+        let assessment = Assessment::lost(reason);
+        SpatialEstimate { T_world_sensor, registration: None, overlap, assessment, is_in_map: false }
+    }
+
+    /// Whether surfaces repeat where members are whose place is uncertain for that.
+    pub(super) fn is_in_repetitive_place(&self) -> bool {
+        self.surfaces_repeat && !self.branches.is_empty()
     }
 }

@@ -4,22 +4,21 @@
 mod accept;
 mod apply_motion_prior;
 mod assess;
-mod bound_uncertainty;
-mod keep_tentative;
-mod reassess;
-mod reject;
+mod certainty;
 mod relocalize;
 mod search_near_prediction;
 mod search_wider;
 mod track;
 
+use nalgebra::Matrix3;
+
+use self::accept::Branch;
 pub(super) use self::assess::{Decision, Proposal};
+pub use self::certainty::{UnresolvedFrame, UnresolvedFrames};
 use self::track::PosedFrame;
 use super::frame_matcher::FrameMatcher;
 use super::motion_prior::{MIN_STEPS, MotionPrior};
-use super::pose_hypothesis::PoseHypothesis;
 use super::reference_map::ReferenceMap;
-use super::tentative_branch::TentativeBranch;
 use super::{ColorUse, DepthOptions, PoseUpdate, SpatialEstimate};
 use crate::geometry::Pose3;
 use crate::odometry::assessment::Assessment;
@@ -42,8 +41,8 @@ pub(super) struct Chain {
     num_rejected: u32,
     /// Whether a frame fitted about as well at another position within reach.
     surfaces_repeat: bool,
-    /// Branches of which the frames are members already, each beginning within the one before it.
-    tentative_branches: Vec<TentativeBranch>,
+    /// Each begins within the one before it.
+    branches: Vec<Branch>,
 }
 
 /// A frame of a chain's map.
@@ -52,39 +51,24 @@ pub(super) struct Member {
     /// Its number among all frames.
     pub(super) number: u32,
     pub(super) T_world_sensor: Pose3,
+    /// Covariance (m^2) that its own registration leaves open of its position relative to the members before it, until a later
+    /// frame resolves it; `None` where nothing bounds it.
+    open: Option<Matrix3<f64>>,
     /// By its own registration, ...
     registered: Assessment,
     /// ... and by the certainty of those that it was registered to.
     pub(super) assessment: Assessment,
 }
 
-/// The estimate of a frame, and the consequences for frames before it.
-pub(super) struct Outcome {
-    pub(super) estimate: SpatialEstimate,
-    /// Members that have moved.
-    pub(super) moved: Vec<Member>,
-    /// Frames that have been removed from the map, with their most likely poses.
-    pub(super) dropped: Vec<Member>,
-    /// Numbers of the dropped frames whose own registration is uncertain, so that relocalization cannot help.
-    pub(super) uncertain: Vec<u32>,
-}
-
-impl From<SpatialEstimate> for Outcome {
-    fn from(estimate: SpatialEstimate) -> Self {
-        Self { estimate, moved: Vec::new(), dropped: Vec::new(), uncertain: Vec::new() }
-    }
-}
-
-impl Outcome {
-    /// The changes of earlier frames.
-    pub(super) fn pose_updates(&self) -> impl Iterator<Item = PoseUpdate> {
-        self.moved.iter().chain(&self.dropped).map(Member::pose_update)
-    }
-}
-
 impl Member {
     fn new(number: u32, T_world_sensor: Pose3, registered: Assessment) -> Self {
-        Self { number, T_world_sensor, assessment: registered.clone(), registered }
+        let open = Some(Matrix3::zeros());
+        Self { number, T_world_sensor, open, assessment: registered.clone(), registered }
+    }
+
+    /// Whether nothing is open.
+    fn is_certain(&self) -> bool {
+        self.open == Some(Matrix3::zeros())
     }
 
     /// Its pose and assessment, told again.
@@ -112,7 +96,7 @@ impl Chain {
             rejected: None,
             num_rejected: 0,
             surfaces_repeat: false,
-            tentative_branches: Vec::new(),
+            branches: Vec::new(),
         };
         (chain, estimate)
     }
@@ -139,6 +123,10 @@ impl Chain {
         self.surfaces_repeat
     }
 
+    pub(super) fn has_branches(&self) -> bool {
+        !self.branches.is_empty()
+    }
+
     /// Frames since the last one that was appended.
     pub(super) fn num_rejected(&self) -> u32 {
         self.num_rejected
@@ -148,8 +136,8 @@ impl Chain {
     /// the next frame moves with the last one that was appended.
     pub(super) fn apply_corrections(&mut self, motion: &impl Fn(u32) -> Pose3) {
         self.reference.apply_corrections(motion);
-        for branch in &mut self.tentative_branches {
-            branch.apply_corrections(motion);
+        for branch in &mut self.branches {
+            branch.map_before.apply_corrections(motion);
         }
         let motion_of_last = motion(self.last.number);
         for posed in [Some(&mut self.last), self.rejected.as_mut()].into_iter().flatten() {
@@ -163,44 +151,5 @@ impl Chain {
     /// A frame and the map.
     pub(super) fn matcher<'a>(&'a self, frame: &'a PreparedSurfels) -> FrameMatcher<'a> {
         FrameMatcher::new(&self.reference, frame, self.options)
-    }
-
-    /// Adds the frame after the last one; with an assessment if its own registration is uncertain.
-    pub(super) fn append(
-        &mut self,
-        number: u32,
-        frame: &PreparedSurfels,
-        hypothesis: PoseHypothesis,
-        uncertain: Option<Assessment>,
-    ) -> SpatialEstimate {
-        let T_world_sensor = *hypothesis.T_world_sensor();
-        let uncertainty = uncertain.is_some().then(|| self.uncertainty_of(&hypothesis));
-        let motion = self.last.T_world_sensor.inverse() * T_world_sensor;
-        if uncertain.is_none() && self.num_rejected == 0 {
-            self.motion_prior.push(&motion);
-            self.reference.normal_repeatability.push(hypothesis.normal_repeatability);
-        }
-        (self.last, self.rejected, self.num_rejected) =
-            (PosedFrame::new(number, frame, T_world_sensor, motion), None, 0);
-        for branch in &mut self.tentative_branches {
-            branch.push(number, uncertainty);
-        }
-        let assessment = uncertain.unwrap_or_else(|| hypothesis.assessment());
-        self.insert(number, frame, hypothesis, assessment)
-    }
-
-    /// Adds a frame to the map.
-    pub(super) fn insert(
-        &mut self,
-        number: u32,
-        frame: &PreparedSurfels,
-        hypothesis: PoseHypothesis,
-        assessment: Assessment,
-    ) -> SpatialEstimate {
-        let T_world_sensor = *hypothesis.T_world_sensor();
-        self.reference.insert(frame, number, &T_world_sensor, &hypothesis.view);
-        self.members.push(Member::new(number, T_world_sensor, assessment.clone()));
-        let registration = Some(hypothesis.registration);
-        SpatialEstimate { T_world_sensor, overlap: hypothesis.overlap, assessment, registration, is_in_map: true }
     }
 }

@@ -10,9 +10,9 @@ use super::{Chain, Member};
 use crate::geometry::Pose3;
 
 impl Chain {
-    /// Searches for an unregistered frame near the members before and after it in the recording, and near its last pose; all
-    /// around them and near all keyframes if `everywhere`.
-    pub(in super::super) fn relocalize(&self, frame: &UnregisteredFrame, everywhere: bool) -> Option<PoseHypothesis> {
+    /// Searches for an unregistered frame near the members before and after it in the recording, and near its last pose, then
+    /// all around them and near all keyframes.
+    pub(in super::super) fn relocalize(&self, frame: &UnregisteredFrame) -> Option<PoseHypothesis> {
         let matcher = self.matcher(&frame.frame);
         let neighbors = self.neighbors(frame.number);
         let is_accepted = |hypothesis: &PoseHypothesis| {
@@ -25,13 +25,13 @@ impl Chain {
         };
         let starts = neighbors.iter().map(|member| member.T_world_sensor).chain([frame.T_world_sensor]);
         let mut found: Vec<PoseHypothesis> = starts.map(|T_world_start| matcher.best_around(&T_world_start)).collect();
-        if everywhere && !found.iter().any(is_accepted) {
+        if !found.iter().any(is_accepted) {
             found.extend(
                 neighbors.first().map(|member| matcher.best_of(matcher.propose_all_around(&member.T_world_sensor))),
             );
         }
         let best = found.into_iter().max_by(|a, b| a.support.total_cmp(&b.support)).filter(is_accepted);
-        let best = best.or_else(|| everywhere.then(|| self.search_near_keyframes(&matcher)).flatten())?;
+        let best = best.or_else(|| self.search_near_keyframes(&matcher))?;
         matcher.second_basin(&best, &SearchArea::anywhere(&best)).is_none().then_some(best)
     }
 

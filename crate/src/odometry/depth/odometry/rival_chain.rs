@@ -139,7 +139,7 @@ impl Chain {
         }
         let hypothesis = self.with_second_basin(&matcher, hypothesis);
         if hypothesis.second_basin.is_none() {
-            return self.accept(number, frame, hypothesis).estimate;
+            return self.accept(number, frame, hypothesis, &mut Vec::new());
         }
         let assessment = self.assessment_of(&hypothesis);
         self.keep_tentative(number, frame, hypothesis, assessment)
