@@ -1,4 +1,4 @@
-//! Named numbers of the laser path: each says what it decides, and they do not become more.
+//! Named numbers of the laser and the depth path: each says what it decides, and they do not become more.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,14 +6,25 @@ use std::path::{Path, PathBuf};
 /// The sources that turn planar scans and odometry into poses, and say how sure these are.
 const LASER_PATH: &[&str] =
     &["odometry/planar", "odometry/planar.rs", "pipeline/planar", "pipeline/odometry_check", "graph/loops/planar"];
-/// So many are named there, of 124 once. A new one has to take the place of another, or to be derived from those there are.
-const MOST: usize = 75;
+/// The sources that turn depth images into poses, and say how sure these are.
+const DEPTH_PATH: &[&str] = &["odometry/depth", "graph/loops/spatial"];
 
+/// So many are named there, of 124 once. A new one has to take the place of another, or to be derived from those there are.
 #[test]
 fn each_number_of_the_laser_path_says_what_it_decides_and_they_do_not_become_more() {
+    check(LASER_PATH, 75);
+}
+
+/// Of 86 once.
+#[test]
+fn each_number_of_the_depth_path_says_what_it_decides_and_they_do_not_become_more() {
+    check(DEPTH_PATH, 77);
+}
+
+fn check(paths: &[&str], most: usize) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("crate/src");
     let mut files = Vec::new();
-    for path in LASER_PATH {
+    for path in paths {
         collect(&root.join(path), &mut files);
     }
     let (mut numbers, mut silent) = (Vec::new(), Vec::new());
@@ -31,7 +42,7 @@ fn each_number_of_the_laser_path_says_what_it_decides_and_they_do_not_become_mor
         }
     }
     assert!(silent.is_empty(), "no reason stands before\n{}", silent.join("\n"));
-    assert!(numbers.len() <= MOST, "{} named numbers, not {MOST}:\n{}", numbers.len(), numbers.join("\n"));
+    assert!(numbers.len() <= most, "{} named numbers, not {most}:\n{}", numbers.len(), numbers.join("\n"));
 }
 
 #[test]

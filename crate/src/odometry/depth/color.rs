@@ -39,7 +39,7 @@ const MIN_VISIBLE_RATIO: usize = 8;
 /// Side of a patch of surfaces with a common error (cells).
 const PATCH_SIDE: usize = 16;
 /// One of this many correspondences is used for the information of the surfaces.
-const CORRESPONDENCE_STRIDE: usize = 3;
+pub(super) const CORRESPONDENCE_STRIDE: usize = 3;
 /// Smallest standard deviation of the surfaces' residuals (m).
 const MIN_SIGMA: f64 = 2e-4;
 

@@ -12,9 +12,11 @@ use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
 use rustc_hash::FxHashMap;
 
 use super::chain::ERROR_RATIO;
+use super::color::CORRESPONDENCE_STRIDE;
 use super::evidence::FINE_TOLERANCE;
 use super::pose_hypothesis::PoseHypothesis;
 use super::reference_map::ReferenceMap;
+use super::second_basin::MAX_STEP;
 use crate::geometry::Pose3;
 use crate::registration::factors::{Correspondence, Factor, PointToPlane};
 use crate::registration::target::Target;
@@ -22,10 +24,6 @@ use crate::registration::target::Target;
 /// Frames whose errors are kept. Of more, every other one is dropped, and the next one kept stands for it: a frame costs a
 /// hundred thousand multiplications, however many there are.
 const MAX_FRAMES: usize = 32;
-/// One of this many pairs tells which frames' surfaces a frame lies on.
-const PAIR_STRIDE: usize = 4;
-/// Standard deviation of what nothing bounds (rad, m).
-const UNKNOWN: (f64, f64) = (0.3, 1.0);
 
 /// The joint covariance of the errors of frames.
 #[derive(Clone)]
@@ -89,9 +87,8 @@ impl ErrorPropagation {
         reference: &ReferenceMap,
         open: Option<Option<Matrix3<f64>>>,
     ) -> Matrix6<f64> {
-        let information =
-            hypothesis.registration.information / ERROR_RATIO.powi(2) + covariance_of(UNKNOWN.0, UNKNOWN.1, -2);
-        let noise = information.try_inverse().unwrap_or_else(|| covariance_of(UNKNOWN.0, UNKNOWN.1, 2));
+        let information = hypothesis.registration.information / ERROR_RATIO.powi(2) + unbounded(-2);
+        let noise = information.try_inverse().unwrap_or_else(|| unbounded(2));
         self.add(number, &normal_matrices(hypothesis, reference), &(noise + open.map_or_else(Matrix6::zeros, of_open)))
     }
 }
@@ -100,7 +97,7 @@ impl ErrorPropagation {
 fn normal_matrices(hypothesis: &PoseHypothesis, reference: &ReferenceMap) -> FxHashMap<u32, Matrix6<f64>> {
     let view = &hypothesis.view;
     let mut pairs: FxHashMap<u32, Vec<Correspondence<Vector3<f64>>>> = FxHashMap::default();
-    for pair in hypothesis.registration.correspondences.iter().step_by(PAIR_STRIDE) {
+    for pair in hypothesis.registration.correspondences.iter().step_by(CORRESPONDENCE_STRIDE) {
         // The partners of a frame that was tracked or corrected are not those of the map.
         let Some(neighbor) = view.nearest(&pair.moved, FINE_TOLERANCE) else { continue };
         let Some(frame) = reference.map.frame_of(view.number(neighbor.index)) else { continue };
@@ -120,15 +117,15 @@ fn shares(normal_matrices: &FxHashMap<u32, Matrix6<f64>>) -> impl Iterator<Item 
 
 /// What the open covariance of a position (m^2) adds; `None` where nothing bounds it.
 fn of_open(open: Option<Matrix3<f64>>) -> Matrix6<f64> {
-    let Some(position) = open else { return covariance_of(UNKNOWN.0, UNKNOWN.1, 2) };
+    let Some(position) = open else { return unbounded(2) };
     let mut covariance = Matrix6::zeros();
     covariance.fixed_view_mut::<3, 3>(3, 3).copy_from(&position);
     covariance
 }
 
-/// Powers of two standard deviations, of the rotation (rad) and the translation (m), on a diagonal.
-fn covariance_of(rotation: f64, translation: f64, power: i32) -> Matrix6<f64> {
-    let (r, t) = (rotation.powi(power), translation.powi(power));
+/// A power of the standard deviations of what nothing bounds: a step in any direction, at two metres per radian.
+fn unbounded(power: i32) -> Matrix6<f64> {
+    let (r, t) = ((MAX_STEP / 2.0).powi(power), MAX_STEP.powi(power));
     Matrix6::from_diagonal(&Vector6::new(r, r, r, t, t, t))
 }
 

@@ -24,7 +24,7 @@ const CONTRADICTION_WEIGHT: f64 = 2.0;
 pub(crate) const MIN_AGREEMENT_DIFFERENCE: f64 = 0.01;
 /// A frame that hardly overlaps the map is lost. On recordings with up to three of four frames left out, correct registrations
 /// agree by 0.95 to 1, and those that are off by half a metre mostly by less than 0.9. A doubtful frame is not added to the map.
-pub(super) const LIMITS: Limits =
+pub(crate) const LIMITS: Limits =
     Limits { lost_overlap: 0.1, lost_agreement: 0.85, doubtful_agreement: 0.95, ..Limits::NONE };
 
 /// The evidence for a pose.
@@ -121,7 +121,7 @@ impl ComparedSurfaces {
 }
 
 /// A fast score of a pose, -1..=1: the share of points that agree with the view less the share in its free space.
-pub(crate) fn score(view: &ProjectiveTarget, point_batch: &PointBatch, T_world_camera: &Pose3) -> f64 {
+pub(super) fn score(view: &ProjectiveTarget, point_batch: &PointBatch, T_world_camera: &Pose3) -> f64 {
     score_within(view, point_batch, T_world_camera, ROUGH_TOLERANCE)
 }
 

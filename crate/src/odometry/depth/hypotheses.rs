@@ -31,7 +31,7 @@ pub(super) fn near_prediction(T_world_last: &Pose3, last_motion: &Pose3) -> Vec<
 
 /// A grid of poses around a pose: rotations about the camera's vertical by multiples of `rotation_step` (rad), translations
 /// by multiples of 0.25 m, up to `num_forward` of them forward and back and up to `num_sideways` to either side.
-pub(crate) fn grid_around(
+pub(super) fn grid_around(
     T_world_camera: &Pose3,
     rotations: std::ops::RangeInclusive<i32>,
     rotation_step: f64,
@@ -63,7 +63,7 @@ pub(super) fn motion_penalty(T_world_last: &Pose3, T_world_camera: &Pose3) -> f6
 }
 
 /// The poses with the highest scores, at most `max_count`, each distinct from those before it.
-pub(crate) fn best_distinct(mut scored: Vec<(f64, Pose3)>, max_count: usize) -> Vec<Pose3> {
+pub(super) fn best_distinct(mut scored: Vec<(f64, Pose3)>, max_count: usize) -> Vec<Pose3> {
     scored.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut best: Vec<Pose3> = Vec::with_capacity(max_count);
     for (_, pose) in scored {

@@ -34,12 +34,12 @@ mod unregistered_frames;
 
 pub use self::chain::{UnresolvedFrame, UnresolvedFrames};
 pub use self::estimate::{PoseUpdate, SpatialEstimate};
-pub(crate) use self::evidence::{ComparedSurfaces, FINE_TOLERANCE, MIN_AGREEMENT_DIFFERENCE, score};
+pub(crate) use self::evidence::{ComparedSurfaces, FINE_TOLERANCE, LIMITS, MIN_AGREEMENT_DIFFERENCE};
 pub(crate) use self::frame_matcher::{fine_options, middle_options};
-pub(crate) use self::hypotheses::{best_distinct, grid_around};
 pub use self::odometry::DepthOdometry;
 pub use self::options::{ColorUse, DepthOptions, Effort};
 pub use self::pair_registration::{PairRegistration, Search};
+pub(crate) use self::pose_hypothesis::MIN_OVERLAP_OUTSIDE_GATE;
 #[cfg(doc)]
 use crate::registration::prepared_surfels::PreparedSurfels;
 pub use crate::registration::spatial::SpatialRegistration;

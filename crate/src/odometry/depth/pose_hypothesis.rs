@@ -23,7 +23,7 @@ const MOSTLY_MAPPED_OVERLAP: f64 = 0.5;
 /// The same above which a pose is accepted: inside the gate, ...
 const MIN_OVERLAP: f64 = 0.15;
 /// ... and outside the gate or after a gap. So much of an earlier map constrains the pose, too.
-const MIN_OVERLAP_OUTSIDE_GATE: f64 = 0.25;
+pub(crate) const MIN_OVERLAP_OUTSIDE_GATE: f64 = 0.25;
 /// Photometric correlation (-1..=1) above which a place counts as revisited: others are not compared by brightness, and a pose
 /// without a prediction is treated as one outside the gate.
 pub(super) const SAME_PLACE_NCC: f64 = 0.95;

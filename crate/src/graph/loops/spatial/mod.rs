@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use self::nodes::{MAX_SUBMAP_FRAMES, Node, Nodes, SUBMAP_HALF_LENGTH};
 use self::stored_surfaces::StoredSurfaces;
-use self::submap::{FrameSurfaces, Search, SubmapRegistration};
+use self::submap::{FrameSurfaces, SubmapRegistration};
 use crate::geometry::pose_distance::pose_distance;
 use crate::geometry::{Pose3, RigidMotion};
 use crate::graph::pose_graph::{BetweenFactor, SpatialFactor, optimize_poses};
@@ -30,10 +30,6 @@ use crate::registration::solver::Motion;
 const MIN_SIGMA: (f64, f64) = (2e-3, 5e-3);
 /// ... and the standard deviation without any measurement.
 const UNKNOWN_SIGMA: (f64, f64) = (0.3, 0.5);
-/// Largest loss of agreement or overlap (shares, 0..=1) for which a solution is kept; together they have to gain.
-const MAX_DETERIORATION: f64 = 0.004;
-/// Distance below which a pose has not changed (m, two metres per radian).
-const SAME_POSE_DISTANCE: f64 = 1e-6;
 
 /// The loops that have been closed.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
@@ -137,7 +133,7 @@ impl SpatialLoops {
         let nodes = &mut self.nodes.all;
         for index in 0..nodes.len() {
             let T_world_camera = pose_of(nodes[index].frame);
-            if pose_distance(&nodes[index].T_world_camera, &T_world_camera) < SAME_POSE_DISTANCE {
+            if pose_distance(&nodes[index].T_world_camera, &T_world_camera) < f64::EPSILON.sqrt() {
                 continue;
             }
             nodes[index].T_world_camera = T_world_camera;
@@ -155,7 +151,7 @@ impl SpatialLoops {
     fn register_to_recent(&self, frame: &FrameSurfaces, guess: &Pose3) -> Option<SubmapRegistration> {
         let last = self.nodes.len() - 1;
         let local = |node: usize| self.nodes.all[node].T_world_local;
-        self.nodes.submap(self.nodes.recent(), last, local).find(frame, guess, Search::Here)
+        self.nodes.submap(self.nodes.recent(), last, local).register_finely(frame, *guess)
     }
 
     /// Registers a node to the submaps of earlier visits.
@@ -171,15 +167,10 @@ impl SpatialLoops {
         self.last_detection = node;
         for visit in visits {
             let T_visit_world = self.nodes.all[visit].T_world_camera.inverse();
-            let has_drift = self.nodes.drift_since(visit, path_length) > FINE_TOLERANCE;
-            let find = |search| {
-                let global = |node: usize| self.nodes.all[node].T_world_camera;
-                let submap = self.nodes.submap(self.nodes.around(visit), visit, global);
-                submap.find(&surfaces, &(T_visit_world * T_world_camera), search)
-            };
-            let Some(found) = find(Search::Near).or_else(|| has_drift.then(|| find(Search::Wide)).flatten()) else {
-                continue;
-            };
+            let global = |node: usize| self.nodes.all[node].T_world_camera;
+            let submap = self.nodes.submap(self.nodes.around(visit), visit, global);
+            let guess = T_visit_world * T_world_camera;
+            let Some(found) = submap.register_coarse_to_fine(&surfaces, &guess) else { continue };
             self.compare_with_recent(node, &(T_visit_world.inverse() * found.T_submap_camera));
             let found = between_factor(visit, node, found.T_submap_camera, &found.information);
             self.loops.push(BetweenFactor { is_switchable: true, ..found });
@@ -216,11 +207,7 @@ impl SpatialLoops {
         let present: Vec<Pose3> = self.nodes.all.iter().map(|node| node.T_world_camera).collect();
         let poses = self.solve(present.clone());
         let (before, after) = (self.evidence(&present), self.evidence(&poses));
-        let (agreement, overlap) = (after.0 - before.0, after.1 - before.1);
-        if agreement + overlap < MIN_AGREEMENT_DIFFERENCE
-            || agreement < -MAX_DETERIORATION
-            || overlap < -MAX_DETERIORATION
-        {
+        if after - before < MIN_AGREEMENT_DIFFERENCE {
             return None;
         }
         let mut motions = Vec::with_capacity(self.nodes.len());
@@ -249,10 +236,10 @@ impl SpatialLoops {
         poses
     }
 
-    /// Mean agreement and overlap of the latest loops' frames, with the submaps that they revisit and with the recent frames,
+    /// Sum of the mean agreement and the mean overlap of the latest loops' frames, with the submaps that they revisit and with the recent frames,
     /// if all nodes had these poses.
-    fn evidence(&self, poses: &[Pose3]) -> (f64, f64) {
-        let (mut agreement, mut overlap, mut count) = (0.0, 0.0, 0.0);
+    fn evidence(&self, poses: &[Pose3]) -> f64 {
+        let (mut sum, mut count) = (0.0, 0.0);
         for found in self.loops.iter().rev().take(2 * MAX_SUBMAP_FRAMES) {
             let (visit, node) = (found.from, found.to);
             let Some(stored) = &self.nodes.all[node].surfaces else { continue };
@@ -261,10 +248,10 @@ impl SpatialLoops {
             for (nodes, origin) in [(self.nodes.around(visit), visit), (recent, node - 1)] {
                 let submap = self.nodes.submap(nodes, origin, |node| poses[node]);
                 let fit = submap.fit(&surfaces, &(poses[origin].inverse() * poses[node]));
-                (overlap, agreement, count) = (overlap + fit.0, agreement + fit.1, count + 1.0);
+                (sum, count) = (sum + fit.0 + fit.1, count + 1.0);
             }
         }
-        (agreement / f64::max(count, 1.0), overlap / f64::max(count, 1.0))
+        sum / f64::max(count, 1.0)
     }
 }
 

@@ -9,12 +9,8 @@ use crate::geometry::Pose3;
 use crate::geometry::pose_distance::pose_distance;
 use crate::map::keyframes::apart_within;
 
-/// Distance up to which two poses share a view (m, two metres per radian), ...
+/// Distance up to which two poses share a view (m, two metres per radian).
 const MAX_REVISIT_DISTANCE: f64 = 1.2;
-/// ... to which the drift of the path between them is added: this share of its length, ...
-const DRIFT_RATE: f64 = 0.02;
-/// ... but at most this (m).
-const MAX_DRIFT: f64 = 1.5;
 /// Length of the path before and after a node that belongs to its submap (m, two metres per radian).
 pub(super) const SUBMAP_HALF_LENGTH: f64 = 2.0;
 /// Largest number of frames in a submap of recent frames; a submap around a node has the node besides.
@@ -91,11 +87,6 @@ impl Nodes {
         num_stored
     }
 
-    /// The drift (m) to expect of the path from a node to one at this path length.
-    pub(super) fn drift_since(&self, node: usize, path_length: f64) -> f64 {
-        (DRIFT_RATE * (path_length - self.all[node].path_length)).min(MAX_DRIFT)
-    }
-
     /// Nodes that may share their view with a camera at this pose after a loop, nearest first, each from another visit.
     pub(super) fn revisited(&self, before: usize, T_world_camera: &Pose3, path_length: f64) -> Vec<usize> {
         let near = self.all[..before].iter().enumerate().filter_map(|(index, node)| {
@@ -103,8 +94,7 @@ impl Nodes {
             if path_length - node.path_length <= 4.0 * SUBMAP_HALF_LENGTH || node.surfaces.is_none() {
                 return None;
             }
-            let max_distance = MAX_REVISIT_DISTANCE + self.drift_since(index, path_length);
-            Some((apart_within(&node.T_world_camera, T_world_camera, max_distance)?, index))
+            Some((apart_within(&node.T_world_camera, T_world_camera, MAX_REVISIT_DISTANCE)?, index))
         });
         let mut near: Vec<(f64, usize)> = near.collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));

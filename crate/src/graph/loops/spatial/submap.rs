@@ -7,7 +7,7 @@ use nalgebra::{Matrix6, Vector3};
 
 use crate::geometry::Pose3;
 use crate::odometry::depth::{
-    ComparedSurfaces, FINE_TOLERANCE, best_distinct, fine_options, grid_around, middle_options, score,
+    ComparedSurfaces, FINE_TOLERANCE, LIMITS, MIN_OVERLAP_OUTSIDE_GATE, fine_options, middle_options,
 };
 use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::factors::PointToPlane;
@@ -17,13 +17,6 @@ use crate::registration::prepared_surfels::{PreparedSurfels, SUBMAP_POINTS, Surf
 use crate::registration::projective::{PackedSurfel, ProjectiveTarget, SurfelRasterizer};
 use crate::registration::solver::Solver;
 use crate::registration::spatial::SpatialRegistration;
-
-/// Hypotheses that are refined in a wide search.
-const MAX_HYPOTHESES: usize = 4;
-/// Smallest overlap (0..=1) for which a registration is accepted, ...
-const MIN_OVERLAP: f64 = 0.35;
-/// ... and smallest agreement (0..=1).
-const MIN_AGREEMENT: f64 = 0.96;
 
 /// A frame's surfaces for registration to submaps, and as part of submaps.
 #[derive(Clone)]
@@ -43,26 +36,11 @@ pub(super) struct SubmapFrame<'a> {
     pub(super) surfels: &'a [PackedSurfel],
 }
 
-/// The extent of the search around a guess.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Search {
-    /// Some centimetres.
-    Here,
-    /// A quarter of a metre, the spacing of pose hypotheses.
-    Near,
-    /// 0.75 m and 15 degrees.
-    Wide,
-}
-
 /// The accepted registration of a frame to a submap.
 pub(super) struct SubmapRegistration {
     pub(super) T_submap_camera: Pose3,
     /// By a perturbation on the left of the pose, rotation first (1/rad^2, 1/m^2).
     pub(super) information: Matrix6<f64>,
-    /// Share of the frame's surface that lies on the submap's, 0..=1.
-    pub(super) overlap: f64,
-    /// Agreeing surface as a share of the agreeing and contradicting, 0..=1.
-    pub(super) agreement: f64,
 }
 
 /// A few frames, each with its pose in the submap.
@@ -87,36 +65,22 @@ impl<'a> Submap<'a> {
         Self { frames }
     }
 
-    /// Registers a frame; `None` where that is not accepted.
-    pub(super) fn find(&self, frame: &FrameSurfaces, guess: &Pose3, search: Search) -> Option<SubmapRegistration> {
-        match search {
-            Search::Here => return self.register_finely(frame, *guess),
-            Search::Near => return self.register_coarse_to_fine(frame, guess),
-            Search::Wide => {}
-        }
-        let view = self.view_from(guess, frame);
-        let (hypotheses, sparse) = (grid_around(guess, -2..=2, 7.5f64.to_radians(), 3, 3), frame.sparse.point_batch());
-        let scored = hypotheses.map(|pose| (score(&view, &sparse, &pose), pose)).collect();
-        let best = best_distinct(scored, MAX_HYPOTHESES);
-        let found = best.into_iter().filter_map(|pose| self.register_coarse_to_fine(frame, &pose));
-        found.max_by(|a, b| (a.overlap * a.agreement).total_cmp(&(b.overlap * b.agreement)))
-    }
-
-    /// Registers with wide limits for correspondences, then with narrow ones in the view from the result.
-    fn register_coarse_to_fine(&self, frame: &FrameSurfaces, guess: &Pose3) -> Option<SubmapRegistration> {
+    /// Registers a frame with wide limits for correspondences (a quarter of a metre), then with narrow ones in the view from the
+    /// result; `None` where that is not accepted.
+    pub(super) fn register_coarse_to_fine(&self, frame: &FrameSurfaces, guess: &Pose3) -> Option<SubmapRegistration> {
         let view = self.view_from(guess, frame);
         self.register_finely(frame, register(frame, &view, *guess, &middle_options()).T_target_source)
     }
 
-    fn register_finely(&self, frame: &FrameSurfaces, guess: Pose3) -> Option<SubmapRegistration> {
+    /// Registers a frame some centimetres from a guess; `None` where that is not accepted.
+    pub(super) fn register_finely(&self, frame: &FrameSurfaces, guess: Pose3) -> Option<SubmapRegistration> {
         let view = self.view_from(&guess, frame);
         let registration = register(frame, &view, guess, &fine_options());
         let T_submap_camera = registration.T_target_source;
         let (overlap, agreement) = self.evidence(frame, &view, &T_submap_camera);
-        let is_accepted = overlap > MIN_OVERLAP && agreement > MIN_AGREEMENT && registration.fitness > MIN_OVERLAP;
-        (is_accepted && DegenerateDirection::of(&registration.correspondences, FINE_TOLERANCE).is_none()).then_some(
-            SubmapRegistration { T_submap_camera, information: registration.information, overlap, agreement },
-        )
+        let is_accepted = overlap > MIN_OVERLAP_OUTSIDE_GATE && agreement > LIMITS.doubtful_agreement;
+        (is_accepted && DegenerateDirection::of(&registration.correspondences, FINE_TOLERANCE).is_none())
+            .then_some(SubmapRegistration { T_submap_camera, information: registration.information })
     }
 
     /// Overlap and agreement of a frame at a pose.
