@@ -79,17 +79,17 @@ impl ErrorPropagation {
         self.frames = kept.iter().map(|index| self.frames[*index]).collect();
     }
 
-    /// Adds a registered frame, with the covariance that is open of its position where it is uncertain, and returns the covariance of its error.
+    /// Adds a registered frame, with the covariance that is open of its position (`None` where nothing bounds it), and returns the covariance of its error.
     pub(super) fn add_registered(
         &mut self,
         number: u32,
         hypothesis: &PoseHypothesis,
         reference: &ReferenceMap,
-        open: Option<Option<Matrix3<f64>>>,
+        open: Option<Matrix3<f64>>,
     ) -> Matrix6<f64> {
         let information = hypothesis.registration.information / ERROR_RATIO.powi(2) + unbounded(-2);
         let noise = information.try_inverse().unwrap_or_else(|| unbounded(2));
-        self.add(number, &normal_matrices(hypothesis, reference), &(noise + open.map_or_else(Matrix6::zeros, of_open)))
+        self.add(number, &normal_matrices(hypothesis, reference), &(noise + of_open(open)))
     }
 }
 

@@ -88,10 +88,8 @@ impl Chain {
         let mut dropped = self.members.split_off(branch.num_before);
         for member in &mut dropped {
             member.assessment.status = Status::Doubtful;
-            member.assessment.reason =
-                "it was registered through a frame with an uncertain pose, and a later frame showed \
-                                        that this pose was wrong"
-                    .to_owned();
+            "it was registered through a frame with an uncertain pose, and a later frame showed that this pose was wrong"
+                .clone_into(&mut member.assessment.reason);
         }
         dropped
     }
@@ -121,7 +119,7 @@ impl Chain {
         uncertain: Option<Assessment>,
     ) -> SpatialEstimate {
         let T_world_sensor = *hypothesis.T_world_sensor();
-        let open = uncertain.as_ref().map(|_| self.open_covariance(&hypothesis));
+        let open = if uncertain.is_some() { self.open_covariance(&hypothesis) } else { Some(Matrix3::zeros()) };
         let motion = self.last.T_world_sensor.inverse() * T_world_sensor;
         if uncertain.is_none() && self.num_rejected == 0 {
             self.motion_prior.push(&motion);
@@ -131,20 +129,20 @@ impl Chain {
             (PosedFrame::new(number, frame, T_world_sensor, motion), None, 0);
         let assessment = uncertain.unwrap_or_else(|| hypothesis.assessment());
         let estimate = self.insert(number, frame, hypothesis, assessment, open);
-        if let (Some(open), Some(member), false) = (open, self.members.last_mut(), self.branches.is_empty()) {
+        if let (Some(member), false) = (self.members.last_mut(), self.branches.is_empty()) {
             member.open = open;
         }
         estimate
     }
 
-    /// Adds a frame to the map; where its own registration is uncertain, with the covariance of the position that it leaves open.
+    /// Adds a frame to the map, with the covariance of the position that its own registration leaves open; `None` where nothing bounds it.
     pub(in super::super) fn insert(
         &mut self,
         number: u32,
         frame: &PreparedSurfels,
         hypothesis: PoseHypothesis,
         assessment: Assessment,
-        open: Option<Option<Matrix3<f64>>>,
+        open: Option<Matrix3<f64>>,
     ) -> SpatialEstimate {
         let T_world_sensor = *hypothesis.T_world_sensor();
         let covariance = Some(self.errors.add_registered(number, &hypothesis, &self.reference, open));

@@ -151,44 +151,34 @@ mod tests {
     use super::*;
     use crate::odometry::assessment::Assessment;
 
-    fn certain() -> Option<Matrix3<f64>> {
-        Some(Matrix3::zeros())
-    }
-
-    /// Of a position along x (m).
-    fn along_x(sigma: f64) -> Option<Matrix3<f64>> {
-        Some(Matrix3::from_diagonal(&Vector3::new(sigma * sigma, 0.0, 0.0)))
-    }
-
-    fn certain_range(covariances: &[Option<Matrix3<f64>>]) -> Range<usize> {
-        let member = |(number, open): (u32, &Option<Matrix3<f64>>)| {
+    /// Of members whose positions along x are open by these standard deviations (m); `None` where nothing bounds them.
+    fn certain_range(sigmas: &[Option<f64>]) -> Range<usize> {
+        let member = |(number, sigma): (u32, &Option<f64>)| {
             let mut registered = Assessment::first();
-            if *open != certain() {
+            if *sigma != Some(0.0) {
                 registered.doubt("uncertain");
             }
-            Member { open: *open, ..Member::new(number, Pose3::identity(), registered) }
+            let open = sigma.map(|sigma| Matrix3::from_diagonal(&Vector3::new(sigma * sigma, 0.0, 0.0)));
+            Member { open, ..Member::new(number, Pose3::identity(), registered) }
         };
-        largest_certain_range(&(0..).zip(covariances).map(member).collect::<Vec<Member>>())
+        largest_certain_range(&(0..).zip(sigmas).map(member).collect::<Vec<Member>>())
     }
 
     #[test]
     fn frames_are_certain_until_covariances_add_up() {
-        assert_eq!(certain_range(&[certain(), certain()]), 0..2);
-        assert_eq!(certain_range(&[certain(), along_x(0.2), certain()]), 0..3);
-        assert_eq!(certain_range(&[certain(), certain(), along_x(0.2), certain(), along_x(0.2), certain()]), 0..4);
+        assert_eq!(certain_range(&[Some(0.0), Some(0.0)]), 0..2);
+        assert_eq!(certain_range(&[Some(0.0), Some(0.2), Some(0.0)]), 0..3);
+        assert_eq!(certain_range(&[Some(0.0), Some(0.0), Some(0.2), Some(0.0), Some(0.2), Some(0.0)]), 0..4);
     }
 
     #[test]
     fn frames_after_an_uncertain_one_are_certain_where_they_are_most_of_all() {
-        assert_eq!(certain_range(&[certain(), along_x(0.3), certain(), certain()]), 0..1);
-        assert_eq!(certain_range(&[certain(), along_x(0.3), certain(), certain(), certain()]), 1..5);
-        assert_eq!(
-            certain_range(&[certain(), along_x(0.3), along_x(0.2), certain(), certain(), certain(), certain()]),
-            1..7
-        );
-        let drifting = [0.0, 0.3, 0.0, 0.2, 0.0, 0.0, 0.2, 0.0, 0.0, 0.0].map(along_x);
+        assert_eq!(certain_range(&[Some(0.0), Some(0.3), Some(0.0), Some(0.0)]), 0..1);
+        assert_eq!(certain_range(&[Some(0.0), Some(0.3), Some(0.0), Some(0.0), Some(0.0)]), 1..5);
+        assert_eq!(certain_range(&[Some(0.0), Some(0.3), Some(0.2), Some(0.0), Some(0.0), Some(0.0), Some(0.0)]), 1..7);
+        let drifting = [0.0, 0.3, 0.0, 0.2, 0.0, 0.0, 0.2, 0.0, 0.0, 0.0].map(Some);
         assert_eq!(certain_range(&drifting), 3..10, "two small errors add up");
         // Nothing tells how they lie to those before.
-        assert_eq!(certain_range(&[certain(), None, certain(), certain(), certain(), certain()]), 0..1);
+        assert_eq!(certain_range(&[Some(0.0), None, Some(0.0), Some(0.0), Some(0.0), Some(0.0)]), 0..1);
     }
 }

@@ -1,5 +1,7 @@
 //! Relocalization: frames that are not in the map are tried again after the last frame.
 
+use nalgebra::Matrix3;
+
 use super::super::estimate::{PoseUpdate, SpatialEstimate};
 use super::DepthOdometry;
 use crate::odometry::assessment::{Assessment, Status};
@@ -56,7 +58,7 @@ impl DepthOdometry {
         let (Some(chain), Some(stored)) = (&mut self.chain, self.unregistered_frames.get(number)) else { return false };
         let Some(hypothesis) = chain.relocalize(stored) else { return false };
         let assessment = Assessment { status: Status::Good, reason: String::new(), agreement: hypothesis.agreement };
-        let mut estimate = chain.insert(number, &stored.frame, hypothesis, assessment, None);
+        let mut estimate = chain.insert(number, &stored.frame, hypothesis, assessment, Some(Matrix3::zeros()));
         self.unregistered_frames.remove(number);
         self.reassess(number, &mut estimate);
         self.pose_updates.push(PoseUpdate::relocalized(number, estimate));
