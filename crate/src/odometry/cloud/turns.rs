@@ -107,8 +107,8 @@ impl SweepOdometry {
         found
     }
 
-    /// Doubts a pose farther from the last one than a lidar is taken to turn, or on a map whose rate of turn is open, where neither the last velocity, if its sweep was good, nor a gyroscope
-    /// tells of that turn: it may be another one, straightened by which the sweep looks alike.
+    /// Doubts a pose farther from the last one than a lidar is taken to turn, or on a map whose rate of turn is open, where neither the last velocity,
+    /// if its sweep was good, nor a gyroscope tells of that turn: straightened by another one the sweep may look alike.
     pub(super) fn doubt_unknown_turn(&self, sweep: &Sweep, (_, _, found): &mut FoundSweep) {
         let motion = self.clouds.T_world_last.inverse() * found.T_world_sensor;
         let interval = self.interval(sweep);
