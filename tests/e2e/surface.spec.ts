@@ -241,10 +241,10 @@ test.describe('bundled', () => {
   /** What docs/embedding.md asks of a page with a policy. */
   const POLICY = `<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src blob:; connect-src 'self'; style-src 'unsafe-inline'; img-src data: blob:">`;
   /**
-   * Of a page with planar scans, compressed, without the engine (bytes). With the published engine, of 258 kB, that is 342 kB, where 350 are asked for; the
+   * Of a page with planar scans, compressed, without the engine (bytes). With the published engine, of 258 kB, that is 344 kB, where 350 are asked for; the
    * one that is tested here was compiled quickly, and is larger.
    */
-  const MAX_FIRST_SCRIPTS = 84_000;
+  const MAX_FIRST_SCRIPTS = 86_000;
 
   test('the modules load what is in space, and the full engine, when they are needed', async ({ course, page }) => {
     const files = await bundle("import 'scanstitch/element';");

@@ -239,7 +239,7 @@ pub struct ReconstructionResult {
     /// The settings of the run.
     pub settings: Settings,
     /// One entry per scan that has been registered so far.
-    pub frames: Vec<FrameResult<PlanarPose, CleaningReport>>,
+    pub frames: Vec<FrameResult<PlanarPose, CleaningReport, PlanarPose>>,
     /// Iterations of the joint solution; empty without one.
     pub joint_history: Vec<IterationRecord>,
     /// Sharpness of the map, where scans overlap.
