@@ -1,4 +1,5 @@
 /** The results of a reconstruction in space, as text. */
+import { BOUND_95, positionBound } from '../report/bounds.js';
 import type { MapSize, SpatialResult, Suggestion } from '../../pkg/scanstitch.js';
 import { printable } from '../base/printable.js';
 import { assumedMark, statusWords, unconfirmed } from '../report/assumed.js';
@@ -87,10 +88,9 @@ export function headline(
 
 /** How far the good frames may be off against the first one, where that is known: the least certain of them. */
 function boundLine(frames: SpatialResult['frames']) {
-  const BOUND_95 = 1.96; // standard deviations that 95 % of a normal distribution lie within
   const known = frames.flatMap(({ std, status }) => (std && status === 'good' ? [std] : []));
   if (known.length < 2) return [];
-  const metres = BOUND_95 * Math.max(...known.flatMap(({ x, y, z }) => [x, y, z]));
+  const metres = Math.max(...known.map(positionBound));
   const degrees = ((BOUND_95 * 180) / Math.PI) * Math.max(...known.map(({ rotation }) => rotation));
   return [
     `Good frames: known to ${metres.toFixed(3)} m and ${degrees.toFixed(2)} degrees against the first one (95 %, the least certain)`,

@@ -208,8 +208,8 @@ impl SpatialDeviation {
         // The same motion about the sensor, along the axes of the world.
         let adjoint = Pose3::from(T_world_sensor.translation).inverse().adjoint();
         let covariance = adjoint * covariance * adjoint.transpose();
-        let [x, y, z] = [3, 4, 5].map(|axis| covariance[(axis, axis)].sqrt());
-        Self { x, y, z, rotation: covariance.fixed_view::<3, 3>(0, 0).trace().sqrt() }
+        let [x, y, z] = [3, 4, 5].map(|axis| covariance[(axis, axis)].max(0.0).sqrt());
+        Self { x, y, z, rotation: covariance.fixed_view::<3, 3>(0, 0).trace().max(0.0).sqrt() }
     }
 }
 

@@ -23,7 +23,7 @@ import { type DepthPicture, depthLegend } from './depth-picture.js';
 import { formatBytes } from './headline.js';
 import { heading } from './rows.js';
 import { fire } from '../components/fire.js';
-import { BOUND_95, positionBound } from '../views/bounds.js';
+import { BOUND_95, positionBound } from '../../../package/report/bounds.js';
 
 /** The images of a frame; null where there is none, or not yet. */
 export interface FrameImages {

@@ -1,7 +1,7 @@
 /** The distance between two points of the surface, and how sure it is. */
 import { html, type TemplateResult } from 'lit';
 import type { SurfaceMesh } from '../engine/surface-protocol.js';
-import { BOUND_95 } from '../views/bounds.js';
+import { BOUND_95 } from '../../../package/report/bounds.js';
 import { formatFixed } from '../views/format.js';
 import { ray, toScreen } from '../views/orbit.js';
 import { added, cross, dot, normalized, scaled, transformed, type Vec3 } from '../views/vectors.js';

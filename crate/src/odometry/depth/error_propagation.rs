@@ -53,6 +53,10 @@ impl ErrorPropagation {
             covariance += across.fixed_columns::<6>(*place) * share.transpose();
         }
         let covariance = (covariance + covariance.transpose()) / 2.0;
+        // For one that is found again after later ones, the next one stands.
+        if self.frames.last().is_some_and(|last| *last >= number) {
+            return covariance;
+        }
         let mut joint = std::mem::take(&mut self.joint).resize(size + 6, size + 6, 0.0);
         joint.view_mut((size, 0), (6, size)).copy_from(&across);
         joint.view_mut((0, size), (size, 6)).copy_from(&across.transpose());
@@ -79,7 +83,8 @@ impl ErrorPropagation {
         self.frames = kept.iter().map(|index| self.frames[*index]).collect();
     }
 
-    /// Adds a registered frame, with the covariance that is open of its position (`None` where nothing bounds it), and returns the covariance of its error.
+    /// Adds a registered frame, with the covariance that is open of its position (`None` where nothing bounds it), and returns the
+    /// covariance of its error.
     pub(super) fn add_registered(
         &mut self,
         number: u32,
@@ -173,6 +178,8 @@ mod tests {
         // An error is passed on over 1.6 frames in the mean, so 1 / 1.6 of each one stays.
         let expected = 300.0 / 1.6_f64.powi(2) * 1e-4;
         assert!((0.9..1.2).contains(&(last[(3, 3)] / expected)), "{} {expected}", last[(3, 3)]);
+        let again = errors.add(150, &on(&[(149, 100.0)]), &noise);
+        assert!(errors.frames.is_sorted() && again[(3, 3)] < last[(3, 3)], "one that is found again: {again}");
         let early = errors.add(300, &on(&[(1, 100.0)]), &noise);
         assert!(early[(3, 3)] > 2.0 * 1e-4 * 0.999, "what stands for frame 1 is no more certain: {early}");
     }
