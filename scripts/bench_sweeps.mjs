@@ -35,7 +35,9 @@ function pcd(number) {
   const bytes = readFileSync(join(folder, names[number] ?? ''));
   const numbers = new Float64Array(bytes.buffer, bytes.byteOffset, bytes.length / 8);
   const [count, width] = [numbers.length / 4, values.times ? 4 : 3];
-  const kept = Float32Array.from(numbers.filter((_, index) => index % 4 < width));
+  const kept = new Float32Array(count * width);
+  for (let index = 0; index < kept.length; index++)
+    kept[index] = numbers[4 * Math.floor(index / width) + (index % width)] ?? NaN;
   const each = (/** @type {string} */ word) => ` ${word}`.repeat(width);
   const header = `VERSION 0.7\nFIELDS x y z${values.times ? ' time' : ''}\nSIZE${each('4')}\nTYPE${each('F')}\nCOUNT${each('1')}\nWIDTH ${count}\nHEIGHT 1\nPOINTS ${count}\nDATA binary\n`;
   return new Uint8Array(Buffer.concat([Buffer.from(header), Buffer.from(kept.buffer)]));
@@ -83,7 +85,7 @@ async function inChromium() {
       const [engine, { timeSweeps }] = await Promise.all(
         ['/scanstitch.js', '/sweep_timings.mjs'].map((address) => import(address)),
       );
-      await engine.default();
+      await engine.default({ module_or_path: fetch('/scanstitch_bg.wasm') });
       const fileOf = async (/** @type {number} */ number) => {
         const response = await fetch(`/sweep/${number}`);
         return new Uint8Array(await response.arrayBuffer());

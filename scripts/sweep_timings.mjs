@@ -20,11 +20,12 @@ export async function timeSweeps(engine, fileOf, [numFirst, count], processorTim
     return result;
   };
 
+  const files = await Promise.all(Array.from({ length: count }, (_, number) => fileOf(number)));
   const reconstruction = new SpatialReconstruction({});
-  const config = reconstruction.begin('0.pcd', await fileOf(0));
+  const config = reconstruction.begin('0.pcd', files[0]);
   const lines = [];
-  for (let number = 0; number < count; number++) {
-    const [file, name] = [await fileOf(number), `${number}.pcd`];
+  for (const [number, file] of files.entries()) {
+    const name = `${number}.pcd`;
     await timed(0, () => PointCloud.read(file, name).free());
     const prepared = await timed(1, () => prepare_cloud(config, name, number, number / 10, file));
     await timed(2, () => {
