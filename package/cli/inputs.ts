@@ -199,10 +199,11 @@ export async function readSource(source: Source, name: string, complain: (proble
   }
 }
 
-/** The bytes of a file without which nothing is done. */
+/** The bytes of a file without which nothing is done; throws a ScanstitchError. */
 export async function readFirst(name: string, file: Source) {
-  const problems: string[] = [];
-  const bytes = await readSource(file, name, (problem) => problems.push(problem));
-  if (!bytes) throw new Error(problems[0]);
-  return bytes;
+  try {
+    return await file.read();
+  } catch (error) {
+    throw isScanstitchError(error) ? error : fileError(name, fileProblem(error).replace(/\.$/, ''));
+  }
 }

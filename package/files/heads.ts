@@ -88,8 +88,8 @@ function startsAsPng(head: Uint8Array) {
   return PNG_SIGNATURE.every((byte, index) => head[index] === byte);
 }
 
-/** Where the points of a cloud lie, as far as its first bytes hold them: in the plane z = 0, or in space. */
-export function readPlyExtent(head: Uint8Array): 'plane' | 'space' | 'unknown' {
+/** Where the points of a cloud lie, as far as its first bytes hold them: in the plane z = 0, or in space; unseen: all are NaN there. */
+export function readPlyExtent(head: Uint8Array): 'plane' | 'space' | 'unseen' | 'unknown' {
   const [header] = latin1(head).match(/^ply\s[^]*?end_header[^\n]*\n/) ?? [];
   if (header === undefined) return 'unknown';
   const [, format = ''] = header.match(/^format (\w+)/m) ?? [];
@@ -112,7 +112,7 @@ export function readPlyExtent(head: Uint8Array): 'plane' | 'space' | 'unknown' {
           format.endsWith('little_endian'),
         );
   const finite = heights.filter(Number.isFinite);
-  if (finite.length === 0) return 'unknown';
+  if (finite.length === 0) return heights.length > 0 ? 'unseen' : 'unknown';
   // A scan may have the height of its laser; of a cloud the beginning may be flat.
   const isHeight = finite.length === count && finite.every((height) => height === finite[0]);
   const isFlat = isHeight || finite.every((height) => Math.abs(height) <= MAX_OFF_PLANE);

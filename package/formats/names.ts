@@ -9,6 +9,7 @@ export const READERS: Record<string, () => Promise<{ convert: Convert }>> = {
   las: () => import('./las.js'),
   laz: () => import('./las.js'),
   e57: () => import('./packed_clouds.js'),
+  obj: () => import('./obj.js'),
 };
 
 /** Packed, or of a format that the engine does not read. */

@@ -121,6 +121,17 @@ function withoutResults(files: ListedFile[]) {
   return files.filter((file) => !isResult(file));
 }
 
+/** Where the points of a cloud lie. It may begin with thousands that were not seen, or with a floor. */
+async function extentOf(path: string, read: Read) {
+  for (let size = HEAD_BYTES; ; size *= 16) {
+    const head = await read(path, size);
+    // Of a PCD that is read as PLY, the points lie in the plane.
+    if (head === null || (/\.pcd$/i.test(path) && !isPly(head))) return 'space';
+    const extent = readPlyExtent(head);
+    if (extent === 'space' || extent === 'unknown' || head.length < size) return extent;
+  }
+}
+
 /**
  * All clouds, and whether they lie in the plane or in space: as most of those looked into do.
  * @param numFrames depth images there are
@@ -138,10 +149,7 @@ async function findClouds(files: ListedFile[], numFrames: number, read: Read, is
   let inSpace = 0;
   let inPlane = 0;
   for (const { path } of looked) {
-    // Of a PCD that is read as PLY, the points lie in the plane.
-    const head = await read(path, HEAD_BYTES);
-    const isPcd = /\.pcd$/i.test(path) && !(head && isPly(head));
-    const extent = head === null || isPcd ? 'space' : readPlyExtent(head);
+    const extent = await extentOf(path, read);
     if (extent === 'space') inSpace += 1;
     if (extent === 'plane') inPlane += 1;
   }

@@ -14,6 +14,7 @@ import { cloudsOfJson, isCloudJson } from '../../npm/formats/json_clouds.js';
 import { isLaserTable, looksLikePoints, pointColumns, textClouds } from '../../npm/formats/text_cloud.js';
 import { fileInMemory } from '../../npm/files/content.js';
 import { adviceFor } from '../../npm/recording/other_formats.js';
+import { roomCloud } from './room_clouds.mjs';
 import { ROOT, readReport, scanstitch, temporaryFolder } from './support.mjs';
 
 const MATS = join(ROOT, 'tests', 'data', 'mat');
@@ -365,4 +366,40 @@ test('every format that is not read has the line that helps', () => {
   ])) {
     assert.match(adviceFor(name) ?? '', words, name);
   }
+});
+
+test('an OBJ, and a PLY that begins with points that were not seen or lie on a floor, are placed as the PLY without them', async (t) => {
+  const [folder, out] = [temporaryFolder(t), temporaryFolder(t)];
+  const NUM_UNSEEN = 5000;
+  /** @type {Record<string, (ply: string) => string>} */
+  const writers = {
+    'plain.ply': (ply) => ply,
+    'unseen.ply': (ply) =>
+      ply
+        .replace('vertex 12000', `vertex ${12_000 + NUM_UNSEEN}`)
+        .replace('end_header\n', `end_header\n${'nan nan nan\n'.repeat(NUM_UNSEEN)}`),
+    'floor.ply': (ply) => {
+      const [header, rows = ''] = ply.split('end_header\n');
+      const raised = rows
+        .trim()
+        .split('\n')
+        .map((row) => row.replace(/\S+$/, (z) => (Number(z) + 1.2).toFixed(4)));
+      return `${header}end_header\n${raised.toSorted((a, b) => Number(b.endsWith(' 0.0000')) - Number(a.endsWith(' 0.0000'))).join('\n')}\n`;
+    },
+    'mesh.obj': (ply) => `# vertices\n${ply.split('end_header\n')[1]?.replaceAll(/^(?=.)/gm, 'v ')}vt 0 0\nf 1 2 3\n`,
+  };
+  const places = [];
+  for (const [name, write] of Object.entries(writers)) {
+    const paths = [0, 1].map((number) => join(folder, `${number}_${name}`));
+    for (const [number, path] of paths.entries()) writeFileSync(path, write(roomCloud(number)));
+    const { status } = await scanstitch(['reconstruct', ...paths, '--out', out]);
+    assert.equal(status, 0, name);
+    places.push(readReport(out).frames[1].T_world_sensor.x);
+  }
+  assert.ok(Math.abs(places[0] - 0.3) < 0.02, `${places[0]}`);
+  for (const place of places) assert.ok(Math.abs(place - places[0]) < 0.005, `${places}`);
+  const bad = join(folder, 'bad.obj');
+  writeFileSync(bad, 'v 1 2\n');
+  const { stderr } = await scanstitch(['reconstruct', bad, bad, '--out', out]);
+  assert.match(stderr, /Its vertex "v 1 2" is no row of numbers\. Export it again\.(?!\.)/);
 });

@@ -35,6 +35,7 @@ test('heads: images, arrays, clouds', () => {
   assert.equal(readPlyExtent(encode(SPACE)), 'space');
   assert.equal(readPlyExtent(encode(asciiPly([[1, 2, 0]]))), 'plane');
   assert.equal(readPlyExtent(encode(asciiPly([]))), 'unknown');
+  assert.equal(readPlyExtent(encode(asciiPly([[Number.NaN, Number.NaN, Number.NaN]]))), 'unseen');
   assert.equal(readPlyExtent(encode('ply\nformat ascii 1.0\n')), 'unknown');
   for (const [z, extent] of /** @type {const} */ ([
     [0, 'plane'],
