@@ -11,13 +11,9 @@ use wide::{f32x4, i32x4};
 
 use super::blocks::{Block, BlockColors, PART_SIDE, PART_VOXELS, SIDE, STEPS, VOXELS, positions};
 use super::depth_tiles::{DepthTiles, Rectangle};
-use super::pixels::{Optics, Pixel, Pixels, Seen};
+use super::pixels::{MIN_TRUNCATION_VOXELS, Optics, Pixel, Pixels, Seen};
 use crate::geometry::Pose3;
 use crate::preprocess::map_image::MapImage;
-
-/// Voxels get their colour from views of surfaces that are at most so many voxels away: those at the corners of cells that the surface
-/// crosses.
-const COLOR_VOXELS: f32 = 2.0;
 
 /// A camera in the field: the world is in voxels, its own frame in metres.
 #[derive(Debug, Clone)]
@@ -198,7 +194,8 @@ impl<'a> View<'a> {
             change::<IS_TAKEN_OUT>(&mut block.distances, from, products);
             change::<IS_TAKEN_OUT>(&mut block.weights, from, measured.weights);
             if let (Some(sums), Some(colors)) = (&mut colors, &self.image.colors) {
-                let near = measured.distances.abs().simd_lt(f32x4::splat(COLOR_VOXELS * STEPS));
+                // Those at the corners of cells that the surface crosses.
+                let near = measured.distances.abs().simd_lt(f32x4::splat(MIN_TRUNCATION_VOXELS * STEPS));
                 let mut lanes = (near & is_measured).to_bitmask();
                 while lanes != 0 {
                     let lane = lanes.trailing_zeros() as usize;
@@ -224,7 +221,7 @@ fn change<const IS_TAKEN_OUT: bool>(sums: &mut [i32; VOXELS], from: usize, value
 }
 
 /// Single precision has whole numbers alone from here on, up to twice this.
-const WHOLE: f32 = 8_388_608.0;
+const WHOLE: f32 = f32::EPSILON.recip();
 
 /// The nearest whole numbers of those below 2^22: a sum and a difference, where the conversion takes ten instructions in WebAssembly.
 #[inline(always)]
