@@ -169,6 +169,7 @@ impl<'a> Pixels<'a> {
         let cosine = along * self.optics.cosines[index];
         let DepthLimits { truncation, weight, .. } = self.optics.limits[usize::from(raw)];
         let weight = cosine * weight + 0.5;
+        // What is known to more than 90 mm has no weight: with it, more of the truth would be covered, and less precisely.
         if cosine < MIN_COSINE || weight < 1.0 {
             return None;
         }

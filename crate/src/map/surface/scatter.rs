@@ -138,7 +138,9 @@ mod tests {
         turned.image.normals.fill([-127, 0, 0]);
         let mut elsewhere = view(3, noise, SIDE);
         elsewhere.T_world_camera.translation.vector.x += 10.0;
-        for other in [without_normals, turned, elsewhere] {
+        let mut small = view(3, noise, SIDE);
+        small.image.depths[SIDE * SIDE / 5..].fill(0);
+        for other in [without_normals, turned, elsewhere, small] {
             assert_eq!(whole.noise_between(&other), None);
         }
     }
