@@ -153,7 +153,9 @@ mod tests {
         let fused = |square_noise: f64| {
             let mut field = SurfaceFusion::new(options).unwrap();
             let model = DepthModel { square_noise, ..MODEL };
-            views.iter().for_each(|view| field.integrate(&view.image, &model, &view.T_world_camera));
+            for view in &views {
+                field.integrate(&view.image, &model, &view.T_world_camera);
+            }
             let mesh = field.mesh();
             let off = |(point, deviation): (&glam::Vec3, &f32)| f64::from((point.z - 3.0) / deviation).powi(2);
             let squares = mesh.positions.iter().zip(&mesh.deviations).map(off).sum::<f64>();
