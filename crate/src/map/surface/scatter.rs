@@ -119,7 +119,7 @@ mod tests {
     #[test]
     fn errors_in_patches_of_images_are_told_by_what_these_differ() {
         let between = |noise: f64| view(1, noise, SIDE).noise_between(&view(3, noise, SIDE)).unwrap();
-        // The normals are known to half of a 127th, a few millimetres over the distance of two pixels.
+        // Compared points lie up to half a pixel apart, and normals are known to half of a 127th.
         assert!(between(0.0) < 2e-4, "{}", between(0.0));
         for noise in [3e-3, 6e-3] {
             assert!((between(noise) / noise - 1.0).abs() < 0.2, "{} of {noise}", between(noise));
