@@ -1,4 +1,4 @@
-//! Named numbers of the laser and the depth path: each says what it decides, and they do not become more.
+//! Named numbers of the laser path, of the depth path and of surfaces: each says what it decides, and they do not become more.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,6 +8,8 @@ const LASER_PATH: &[&str] =
     &["odometry/planar", "odometry/planar.rs", "pipeline/planar", "pipeline/odometry_check", "graph/loops/planar"];
 /// The sources that turn depth images into poses, and say how sure these are.
 const DEPTH_PATH: &[&str] = &["odometry/depth", "graph/loops/spatial"];
+/// The sources that turn depth images and clouds into a surface.
+const SURFACES: &[&str] = &["map/surface"];
 
 /// So many are named there, of 124 once. A new one has to take the place of another, or to be derived from those there are.
 #[test]
@@ -19,6 +21,12 @@ fn each_number_of_the_laser_path_says_what_it_decides_and_they_do_not_become_mor
 #[test]
 fn each_number_of_the_depth_path_says_what_it_decides_and_they_do_not_become_more() {
     check(DEPTH_PATH, 77);
+}
+
+/// Of 43 once.
+#[test]
+fn each_number_of_surfaces_says_what_it_decides_and_they_do_not_become_more() {
+    check(SURFACES, 31);
 }
 
 fn check(paths: &[&str], most: usize) {

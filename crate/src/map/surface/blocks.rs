@@ -15,7 +15,7 @@ pub(super) const PART_SIDE: usize = 4;
 /// Voxels of a part.
 pub(super) const PART_VOXELS: usize = PART_SIDE * PART_SIDE * PART_SIDE;
 /// Parts of a block.
-pub(super) const PARTS: usize = 8;
+pub(super) const PARTS: usize = VOXELS / PART_VOXELS;
 
 /// Steps of a distance in a voxel's side: rounding to them adds a standard deviation of 0.5 % of a voxel.
 pub(super) const STEPS: f32 = 64.0;
@@ -26,7 +26,7 @@ pub(super) const MAX_WEIGHT: f32 = 4095.0;
 /// A share of 1, in whole numbers.
 pub(super) const WHOLE_SHARE: f32 = 64.0;
 /// Views of a colour after which later ones are left out: the sums have 16 bits each.
-const MAX_COLOR_VIEWS: u64 = 255;
+const MAX_COLOR_VIEWS: u64 = u16::MAX as u64 / u8::MAX as u64;
 
 /// Sums of red, green, blue and 1 over the views of a colour, 16 bits each.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -130,13 +130,14 @@ impl Block {
     }
 }
 
-/// Large things in slabs of a megabyte or two: they grow to the whole memory, where one vector would be copied to a larger place, and
+/// Large things in slabs of a megabyte: they grow to the whole memory, where one vector would be copied to a larger place, and
 /// an allocation each would take as long as measuring.
 #[derive(Debug, Clone)]
 struct Slabs<T>(Vec<Vec<T>>);
 
 impl<T> Slabs<T> {
-    const LENGTH: usize = 256;
+    /// Of a slab.
+    const LENGTH: usize = (1 << 20) / size_of::<T>();
 
     fn len(&self) -> usize {
         self.0.last().map_or(0, |last| (self.0.len() - 1) * Self::LENGTH + last.len())

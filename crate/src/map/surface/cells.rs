@@ -18,13 +18,11 @@ const MIN_POINTS: u32 = 6;
 /// at a right angle 0.3.
 const MAX_THICKNESS: f64 = 0.5;
 /// The largest standard deviation of a plane's direction (rad), by which it is off by a sixth of a cell at `REACH`.
-const MAX_TILT: f64 = 0.1;
+pub(super) const MAX_TILT: f64 = 0.1;
 /// A plane tells of voxels up to this distance along it from the mean of its points (sides of a cell): half of the 27 cells.
 const REACH: f32 = 1.5;
 /// And up to so many standard deviations of the points: evenly spread ones end at 1.73.
 const EXTENT: f32 = 2.0;
-/// Planes of cells of a surface that share a point: their directions err together, so they count as one.
-const NUM_SHARING: f32 = 9.0;
 /// Standard deviation that is below any measurement's (sides of a cell): single precision of coordinates up to a kilometre.
 const ROUNDING: f64 = 1e-3;
 /// Cells that are looked at for the density of points: shares are known to 1 %.
@@ -216,7 +214,9 @@ impl Cells {
         for (corner, plane) in planes {
             let Some(cell) = self.by_corner.get_mut(&corner) else { continue };
             cell.num_open = 0;
-            let tilt_variance = NUM_SHARING * plane.tilt_variance;
+            // Planes of cells of a surface that share a point: their directions err together, so they count as one.
+            let num_sharing = (2.0 * REACH).powi(2);
+            let tilt_variance = num_sharing * plane.tilt_variance;
             let variances = [plane.variance / cell.num_clouds as f32, tilt_variance * REACH * REACH];
             let variances = variances.map(|variance| variance * unit);
             plane.add_to(blocks, corner, self.scale, variances, cell.color());

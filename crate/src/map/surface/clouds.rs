@@ -12,7 +12,7 @@ use glam::Vec3;
 
 use super::SurfaceOptions;
 use super::blocks::Blocks;
-use super::cells::Cells;
+use super::cells::{Cells, MAX_TILT};
 use super::extraction::extract;
 use super::fusion::{BLOCK_BYTES, COLOR_BYTES};
 use super::pixels::WEIGHT_INFORMATION;
@@ -21,9 +21,6 @@ use crate::geometry::{PointCloud, Pose3, TriangleMesh};
 
 /// Cells grow at least by this until they hold enough points.
 const GROWTH: f32 = 1.25;
-/// Cells are large enough where the 27 cells around most points hold so many: a plane's direction is then known to
-/// `MAX_TILT` where points scatter from it by half as much as they do along it.
-const ENOUGH_POINTS: f64 = 25.0;
 /// Sizes of cells, each twice as large as the one before. The largest bridge gaps of twelve voxels between the rings of a lidar on the ground.
 const NUM_SCALES: usize = 4;
 
@@ -95,19 +92,22 @@ impl CloudFusion {
         let max_bytes = (1e6 * self.options.max_megabytes) as usize;
         let has_colors = self.clouds.values().any(|(cloud, _)| cloud.colors.is_some());
         let bytes_a_block = BLOCK_BYTES + if has_colors { COLOR_BYTES } else { 0 };
+        // With so many in the 27 cells around most points, a plane's direction is known well enough where points scatter from it by half as
+        // much as they do along it.
+        let enough = (0.5 / MAX_TILT).powi(2);
         loop {
             let mut growth = GROWTH;
             if let Some(cells) = self.cells(max_bytes) {
                 let density = cells.density();
                 // Fewer points lie as densely as they can where all are around each.
-                if density >= ENOUGH_POINTS.min(cells.num_points() as f64) {
+                if density >= enough.min(cells.num_points() as f64) {
                     let blocks = field_of(cells);
                     if blocks.len() * bytes_a_block <= max_bytes {
                         return blocks;
                     }
                 } else {
                     // Of a surface, four times as many lie in cells twice as large.
-                    growth = growth.max((ENOUGH_POINTS / density).sqrt() as f32 / GROWTH);
+                    growth = growth.max((enough / density).sqrt() as f32 / GROWTH);
                 }
             }
             self.voxel_size *= growth;

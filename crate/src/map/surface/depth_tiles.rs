@@ -1,6 +1,6 @@
 //! Between which depths an image measures the field, by tiles of its pixels, by tiles of four of those, and so on.
 
-/// Side of the smallest tiles (pixels).
+/// Side of the smallest tiles (pixels): those of two leave no more parts of blocks out.
 const TILE: usize = 4;
 /// Depths of a tile in which nothing is measured, and no ray is free.
 const NOTHING: [f32; 2] = [0.0, f32::NEG_INFINITY];

@@ -12,7 +12,7 @@ use super::pixels::{Optics, WEIGHT_INFORMATION};
 use super::scatter::PlacedImage;
 use super::view::{FreeSpace, Squares, View};
 use crate::error::{Error, Result};
-use crate::geometry::quantile::quantile;
+use crate::geometry::quantile::{MIN_SAMPLE, quantile};
 use crate::geometry::{Pose3, TriangleMesh};
 use crate::preprocess::depth_surfels::DepthModel;
 use crate::preprocess::map_image::MapImage;
@@ -64,12 +64,10 @@ impl SurfaceOptions {
     }
 }
 
-/// Bytes of a block, and about as much for finding it as a corner and a number in a hash table take; those of its colours come on top.
+/// Bytes of a block, and about as much for finding it as a corner and a number in a hash table take.
 pub(super) const BLOCK_BYTES: usize = size_of::<Block>() + size_of::<BlockState>() + 48;
+/// Bytes of the colours of a block.
 pub(super) const COLOR_BYTES: usize = size_of::<BlockColors>();
-
-/// The noise is measured between so many images, the first ones: single pairs of a D435 give 3.6e-3 to 7e-3 /m, where 6.3e-3 is true.
-const NUM_FIRST: usize = 5;
 
 /// An image in the field.
 #[derive(Debug, Clone)]
@@ -150,7 +148,8 @@ impl SurfaceFusion {
         self.add(image, model, T_world_camera);
         if self.scatter.is_none() && model.square_noise > 0.0 {
             self.first.push(PlacedImage { image: image.clone(), model: *model, T_world_camera: *T_world_camera });
-            if self.first.len() == NUM_FIRST {
+            // Single pairs of a D435 give 3.6e-3 to 7e-3 /m, where 6.3e-3 is true.
+            if self.first.len() == MIN_SAMPLE {
                 self.measure_scatter();
             }
         }

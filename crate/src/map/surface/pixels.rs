@@ -4,19 +4,17 @@ use glam::{Vec3A, Vec4};
 
 use super::blocks::{MAX_WEIGHT, STEPS, WHOLE_SHARE};
 use crate::camera::Pinhole;
+use crate::geometry::quantile::THREE_SIGMA;
 use crate::preprocess::depth_surfels::DepthModel;
 use crate::preprocess::map_image::MapImage;
 
-/// The field is truncated at so many standard deviations of the depth: one in 370 measurements lies beyond.
-const TRUNCATION_DEVIATIONS: f32 = 3.0;
-/// And at least at so many voxels: cells that the surface crosses have corners up to a diagonal, 1.73 voxels, away.
+/// The field is truncated at [`THREE_SIGMA`] of the depth, and at least at so many voxels: cells that the surface crosses have corners up
+/// to a diagonal, 1.73 voxels, away.
 pub(super) const MIN_TRUNCATION_VOXELS: f32 = 2.0;
 /// And at most at so many voxels, where the depth is that uncertain that more would fill the room.
 const MAX_TRUNCATION_VOXELS: f32 = 16.0;
-/// Surfaces seen at a smaller cosine than this tell too little of where they are.
+/// Surfaces seen at a smaller cosine than this, at less than 6 degrees, tell too little of where they are.
 pub(super) const MIN_COSINE: f32 = 0.1;
-/// Neighbouring pixels of one surface differ by less than so many times their distance across: a surface seen at 6 degrees.
-const MAX_SLOPE: f32 = 10.0;
 
 /// The information (1/m^2) of a weight of 1.
 pub(super) const WEIGHT_INFORMATION: f32 = 1e6 / MAX_WEIGHT;
@@ -60,7 +58,7 @@ impl Optics {
             let weight = deviation.powi(-2) / WEIGHT_INFORMATION;
             let noise = model.square_noise as f32 * depth * depth / deviation;
             let noise_share = (WHOLE_SHARE * noise * noise).min(WHOLE_SHARE).round() as i32;
-            DepthLimits { truncation: (TRUNCATION_DEVIATIONS * deviation).clamp(low, high), weight, noise_share }
+            DepthLimits { truncation: (THREE_SIGMA as f32 * deviation).clamp(low, high), weight, noise_share }
         });
         let limits = limits.collect();
         let pixel_steps = [image.camera.fx, image.camera.fy].map(|focal_length| focal_length.recip() as f32);
@@ -171,6 +169,7 @@ impl<'a> Pixels<'a> {
         let cosine = along * self.optics.cosines[index];
         let DepthLimits { truncation, weight, .. } = self.optics.limits[usize::from(raw)];
         let weight = cosine * weight + 0.5;
+        // What is known to more than 90 mm has no weight: with it, more of the truth would be covered, and less precisely.
         if cosine < MIN_COSINE || weight < 1.0 {
             return None;
         }
@@ -220,7 +219,8 @@ impl<'a> Pixels<'a> {
         let camera = &self.image.camera;
         let (column, row) = (pixel % camera.width, pixel / camera.width);
         let step = self.optics.pixel_steps;
-        let max_change = MAX_SLOPE * depth * step[0] + 3.0 * self.optics.model.deviation(depth);
+        // What is seen at the smallest angle, and noise.
+        let max_change = depth * step[0] / MIN_COSINE + THREE_SIGMA as f32 * self.optics.model.deviation(depth);
         // The slope of the depth along a row or a column: the mean of both sides, or the one that is there.
         let slope = |before: Option<usize>, after: Option<usize>| {
             let change = |other: Option<usize>| other.and_then(|other| self.depth(other)).map(|other| other - depth);

@@ -11,13 +11,9 @@ use wide::{f32x4, i32x4};
 
 use super::blocks::{Block, BlockColors, PART_SIDE, PART_VOXELS, SIDE, STEPS, VOXELS, positions};
 use super::depth_tiles::{DepthTiles, Rectangle};
-use super::pixels::{Optics, Pixel, Pixels, Seen};
+use super::pixels::{MIN_TRUNCATION_VOXELS, Optics, Pixel, Pixels, Seen};
 use crate::geometry::Pose3;
 use crate::preprocess::map_image::MapImage;
-
-/// Voxels get their colour from views of surfaces that are at most so many voxels away: those at the corners of cells that the surface
-/// crosses.
-const COLOR_VOXELS: f32 = 2.0;
 
 /// A camera in the field: the world is in voxels, its own frame in metres.
 #[derive(Debug, Clone)]
@@ -182,11 +178,11 @@ impl<'a> View<'a> {
         mut colors: Option<&mut BlockColors>,
         squares: &mut Squares,
     ) -> bool {
-        let rows = Rows::new(&self.camera, &self.pixels, first);
+        let mut rows = Rows::new(&self.camera, &self.pixels, first);
         let (mut sum, mut count) = (f32x4::ZERO, i32x4::ZERO);
         for row in 0..PART_SIDE * PART_SIDE {
-            let (along_y, along_z) = (row % PART_SIDE, row / PART_SIDE);
-            let measured = rows.measure(along_y as f32, along_z as f32);
+            let measured = rows.measure();
+            rows.step(row % PART_SIDE == PART_SIDE - 1);
             let is_measured = measured.weights.simd_gt(f32x4::ZERO);
             if !is_measured.any() {
                 continue;
@@ -198,7 +194,8 @@ impl<'a> View<'a> {
             change::<IS_TAKEN_OUT>(&mut block.distances, from, products);
             change::<IS_TAKEN_OUT>(&mut block.weights, from, measured.weights);
             if let (Some(sums), Some(colors)) = (&mut colors, &self.image.colors) {
-                let near = measured.distances.abs().simd_lt(f32x4::splat(COLOR_VOXELS * STEPS));
+                // Those at the corners of cells that the surface crosses.
+                let near = measured.distances.abs().simd_lt(f32x4::splat(MIN_TRUNCATION_VOXELS * STEPS));
                 let mut lanes = (near & is_measured).to_bitmask();
                 while lanes != 0 {
                     let lane = lanes.trailing_zeros() as usize;
@@ -224,7 +221,7 @@ fn change<const IS_TAKEN_OUT: bool>(sums: &mut [i32; VOXELS], from: usize, value
 }
 
 /// Single precision has whole numbers alone from here on, up to twice this.
-const WHOLE: f32 = 8_388_608.0;
+const WHOLE: f32 = f32::EPSILON.recip();
 
 /// The nearest whole numbers of those below 2^22: a sum and a difference, where the conversion takes ten instructions in WebAssembly.
 #[inline(always)]
@@ -239,11 +236,10 @@ struct Rows<'a> {
     /// Pixels in a row, and the last column and row.
     stride: f32x4,
     last: [f32x4; 2],
-    /// Of the four voxels of the first row.
-    first: [f32x4; 3],
-    /// To the next row along y and z.
-    along_y: Vec3A,
-    along_z: Vec3A,
+    /// Of the four voxels of a row.
+    at: [f32x4; 3],
+    /// To the next row along y, and from the last row of a layer to the first of the next.
+    steps: [[f32x4; 3]; 2],
 }
 
 /// What an image says of the four voxels of a row.
@@ -265,17 +261,23 @@ impl<'a> Rows<'a> {
         let start = projected(camera.to_camera * (first + 0.5) + camera.origin);
         let lanes = f32x4::from([0.0, 1.0, 2.0, 3.0]);
         let row = |start: f32, step: f32| f32x4::splat(start) + f32x4::splat(step) * lanes;
-        let first = [row(start.x, along_x.x), row(start.y, along_x.y), row(start.z, along_x.z)];
+        let at = [row(start.x, along_x.x), row(start.y, along_x.y), row(start.z, along_x.z)];
+        let to_next_layer = along_z - along_y * (PART_SIDE - 1) as f32;
+        let steps = [along_y, to_next_layer].map(|step| step.to_array().map(f32x4::splat));
         let [column, row] = pixels.last();
         let (stride, last) = (f32x4::splat(pixels.stride() as f32), [f32x4::splat(column), f32x4::splat(row)]);
-        Self { pixels: &pixels.all, stride, last, first, along_y, along_z }
+        Self { pixels: &pixels.all, stride, last, at, steps }
     }
 
     #[inline(always)]
-    fn measure(&self, along_y: f32, along_z: f32) -> Measured {
-        let step = self.along_y * along_y + self.along_z * along_z;
-        let [x, y, z] = self.first;
-        let (x, y, z) = (x + f32x4::splat(step.x), y + f32x4::splat(step.y), z + f32x4::splat(step.z));
+    fn step(&mut self, is_last_of_layer: bool) {
+        let step = self.steps[usize::from(is_last_of_layer)];
+        self.at = std::array::from_fn(|axis| self.at[axis] + step[axis]);
+    }
+
+    #[inline(always)]
+    fn measure(&self) -> Measured {
+        let [x, y, z] = self.at;
         // Rounded, the depth of a voxel just before the camera may be 0; 0 / 0 would be no pixel.
         let away = f32x4::ONE / z.fast_max(f32x4::splat(f32::MIN_POSITIVE));
         let at = self.pixels_at(x * away, y * away);
