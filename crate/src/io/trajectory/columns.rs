@@ -16,6 +16,10 @@ use crate::{Error, Result};
 /// Below this length a quaternion is zero: the length squared drowns in rounding.
 const MIN_QUATERNION_NORM: f64 = 1e-8;
 
+/// Ratio of the lengths of one file's quaternions beyond which they are none. Those that were interpolated linearly between two
+/// rotations at most half a turn apart, and not normalised, have lengths from this share of 1.
+const MAX_LENGTH_RATIO: f64 = std::f64::consts::SQRT_2;
+
 /// Where the numbers of a pose stand.
 pub(super) enum Layout {
     Table(Table),
@@ -98,6 +102,11 @@ impl Table {
         })
     }
 
+    /// The column of times in seconds.
+    pub(super) fn seconds(&self) -> Option<usize> {
+        self.stamp.and_then(|(column, divisor)| (divisor == 1.0).then_some(column))
+    }
+
     /// Whether these are TUM's columns.
     pub(super) fn is_tum(&self) -> bool {
         self.stamp == Some((0, 1.0)) && self.x == 1 && self.quaternion == Some([7, 4, 5, 6]) && self.num_columns == 8
@@ -133,6 +142,11 @@ pub(super) fn pose_table() -> Table {
 pub(super) fn planar() -> Table {
     let words = "number x y theta";
     Table { num_columns: 4, number: Some(0), x: 1, y: 2, heading: Some(3), words, ..Table::default() }
+}
+
+/// `t x y theta`.
+pub(super) fn timed_planar() -> Table {
+    Table { num_columns: 4, number: None, stamp: Some((0, 1.0)), words: "t x y theta", ..planar() }
 }
 
 /// Poses with named columns, with their times (s) where there are any.
@@ -192,11 +206,20 @@ pub(super) fn not_finite(column: usize, value: f64, fault: Fault) -> Error {
     fault(problem, "Write decimal numbers, or remove the line")
 }
 
+/// The error about columns w x y z that hold a quaternion of this length.
+fn off_length(length: f64, columns: [usize; 4], words: &str, fault: Fault) -> Error {
+    let (low, high) = columns.iter().fold((usize::MAX, 0), |(low, high), &c| (low.min(c), high.max(c)));
+    let (low, high) = (low + 1, high + 1);
+    let problem =
+        format!("Columns {low} to {high} are not a rotation: a quaternion has length 1, and theirs is {length}");
+    fault(problem, &format!("The columns are {words}"))
+}
+
 /// How many rows without a pose were left out, in a sentence.
 pub(super) fn left_out(trajectory: &Trajectory) -> Option<String> {
     let first = trajectory.undefined.first()?;
     Some(format!(
-        "{} of its {} poses have nan or inf in place of numbers (first pose {first}, counted from 0), as trackers write \
+        "{} of its {} poses have nan, inf or a quaternion of zeros (first pose {first}, counted from 0), as trackers write \
          where they are lost; these are left out.",
         trajectory.undefined.len(),
         trajectory.num_rows()
@@ -208,13 +231,26 @@ pub(super) struct Builder {
     trajectory: Trajectory,
     /// The first quaternion whose length is off, and how many there are.
     off_length: Option<(Error, usize)>,
+    /// The smallest and the largest length of a quaternion.
+    lengths: (f64, f64),
+    /// Matrices that were written column by column.
+    num_transposed: usize,
+    /// Times whose fractions were given the leading zeros that they lacked.
+    num_padded: usize,
     /// What is wrong with the first row that holds no pose.
     undefined: Option<Error>,
 }
 
 impl Builder {
     pub(super) fn new() -> Self {
-        Self { trajectory: Trajectory::default(), off_length: None, undefined: None }
+        Self {
+            trajectory: Trajectory::default(),
+            off_length: None,
+            lengths: (f64::INFINITY, 0.0),
+            num_transposed: 0,
+            num_padded: 0,
+            undefined: None,
+        }
     }
 
     /// Adds the pose of a row of a table.
@@ -223,6 +259,11 @@ impl Builder {
         let labels: Vec<usize> = table.number.into_iter().chain(table.stamp.map(|(column, _)| column)).collect();
         let position: Vec<usize> = [table.x, table.y].into_iter().chain(table.z).collect();
         if self.is_undefined(numbers, &labels, &position, fault)? {
+            return Ok(());
+        }
+        let is_zero = |columns: [usize; 4]| columns.iter().all(|&column| value(column).abs() < MIN_QUATERNION_NORM);
+        if let Some(columns) = table.quaternion.filter(|&columns| is_zero(columns)) {
+            self.push_undefined(|| off_length(0.0, columns, table.words, fault));
             return Ok(());
         }
         self.trajectory.positions.push(Vector3::new(value(table.x), value(table.y), table.z.map_or(0.0, value)));
@@ -236,8 +277,7 @@ impl Builder {
             let quaternion = Quaternion::new(value(w), value(x), value(y), value(z));
             let order = if w < x { QuaternionOrder::RealPartFirst } else { QuaternionOrder::RealPartLast };
             self.trajectory.quaternion_columns = Some(QuaternionColumns { order, is_named: table.is_named });
-            let columns = [w, x, y, z].iter().fold((usize::MAX, 0), |(low, high), &c| (low.min(c), high.max(c)));
-            self.push_quaternion(quaternion, columns, table.words, fault)?;
+            self.push_quaternion(quaternion, |length| off_length(length, [w, x, y, z], table.words, fault));
         } else if let Some(column) = table.heading {
             self.trajectory.headings.get_or_insert_default().push(value(column));
             let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), value(column));
@@ -247,32 +287,23 @@ impl Builder {
     }
 
     /// The length of a quaternion in the file is rounded; larger deviations are noted.
-    fn push_quaternion(
-        &mut self,
-        quaternion: Quaternion<f64>,
-        (low, high): (usize, usize),
-        words: &str,
-        fault: Fault,
-    ) -> Result<()> {
+    fn push_quaternion(&mut self, quaternion: Quaternion<f64>, error: impl FnOnce(f64) -> Error) {
         // Of a huge quaternion the square is infinite: it is scaled first.
         let scale = if quaternion.norm_squared().is_finite() { 1.0 } else { quaternion.coords.amax() };
         let quaternion = quaternion / scale;
         let length = quaternion.norm() * scale;
+        self.lengths = (self.lengths.0.min(length), self.lengths.1.max(length));
         if (length - 1.0).abs() > ROTATION_TOLERANCE {
-            let problem = format!(
-                "Columns {} to {} are not a rotation: a quaternion has length 1, and theirs is {length}",
-                low + 1,
-                high + 1
-            );
-            let error = fault(problem, &format!("The columns are {words}"));
-            if length < MIN_QUATERNION_NORM {
-                return Err(error);
-            }
-            self.off_length = Some(self.off_length.take().map_or((error, 1), |(first, count)| (first, count + 1)));
+            self.off_length = Some(self.off_length.take().map_or_else(|| (error(length), 1), |(first, count)| (first, count + 1)));
         }
         let rotation = UnitQuaternion::new_normalize(quaternion);
         self.trajectory.orientations.get_or_insert_default().push(rotation);
-        Ok(())
+    }
+
+    /// Whether most quaternions are off unit length, and by factors that differ: then their columns hold something else.
+    fn are_no_quaternions(&self) -> bool {
+        let most = |count: usize| 2 * count > self.trajectory.len();
+        self.off_length.as_ref().is_some_and(|&(_, count)| most(count)) && self.lengths.1 > MAX_LENGTH_RATIO * self.lengths.0
     }
 
     /// Whether the row holds no pose, as no value of its position is finite; it is then counted. Where only some values are not
@@ -295,6 +326,19 @@ impl Builder {
     pub(super) fn push_undefined(&mut self, error: impl FnOnce() -> Error) {
         self.trajectory.undefined.push(self.trajectory.num_rows());
         self.undefined.get_or_insert_with(error);
+    }
+
+    /// Takes the times that `padded` gives all rows, where those that were read go back and these do not: seconds and a count of
+    /// micro- or nanoseconds with a point between, whose leading zeros were not written.
+    pub(super) fn mend_fractions(&mut self, padded: impl FnOnce() -> Option<Vec<f64>>) {
+        let Some(stamps) = self.trajectory.stamps.as_ref().filter(|stamps| !stamps.is_sorted()) else { return };
+        let Some(padded) = padded() else { return };
+        let of_poses: Vec<f64> =
+            (0..).zip(padded).filter_map(|(row, time)| self.trajectory.index_of_row(row).map(|_| time)).collect();
+        if of_poses.len() == stamps.len() && of_poses.is_sorted() {
+            self.num_padded = stamps.iter().zip(&of_poses).filter(|(read, padded)| read != padded).count();
+            self.trajectory.stamps = Some(of_poses);
+        }
     }
 
     /// Whether there is one row, and it holds no pose.
@@ -323,7 +367,12 @@ impl Builder {
         if self.is_undefined(numbers, &[], &POSITION_OF_MATRIX, fault)? {
             return Ok(());
         }
-        let [a, b, c, x, d, e, f, y, g, h, i, z, last @ ..] = numbers else {
+        // Programs that multiply rows by matrices, and those that keep matrices column by column, have the translation in the last row.
+        let is_transposed = matches!(numbers, [_, _, _, 0.0, _, _, _, 0.0, _, _, _, 0.0, x, y, z, 1.0] if [*x, *y, *z] != [0.0; 3]);
+        self.num_transposed += usize::from(is_transposed);
+        let row_by_row: Vec<f64> =
+            (0..numbers.len()).map(|at| numbers[if is_transposed { at % 4 * 4 + at / 4 } else { at }]).collect();
+        let [a, b, c, x, d, e, f, y, g, h, i, z, last @ ..] = &row_by_row[..] else {
             return Err(fault(format!("A matrix of {} numbers is not a pose", numbers.len()), "Give 12 or 16"));
         };
         if !(last.is_empty() || last == [0.0, 0.0, 0.0, 1.0]) {
@@ -369,6 +418,21 @@ impl Builder {
     /// The trajectory, with notes where quaternions were normalised and rows left out; an error where no row holds a pose.
     pub(super) fn into_lenient(self) -> Result<(Trajectory, Vec<String>)> {
         let (builder, unit) = self.with_times();
+        let are_none = builder.are_no_quaternions();
+        if are_none && let Some((error, _)) = builder.off_length {
+            return Err(error);
+        }
+        let padded = (builder.num_padded > 0).then(|| {
+            let count = builder.num_padded;
+            format!(
+                "Its times go back as they are written. {count} of them lack the leading zeros of their fractions (1.75 for 1.000075, \
+                 as where seconds and microseconds are written with a point between), and were read with them: then none goes back."
+            )
+        });
+        let transposed = (builder.num_transposed > 0).then(|| {
+            let count = builder.num_transposed;
+            format!("{count} matrices have their translation in the last row: they were read column by column.")
+        });
         let note = builder.off_length.map(|(error, count)| {
             let them = if count == 1 { "It was" } else { &format!("{count} quaternions were") };
             format!("{error} {them} made of length 1.")
@@ -377,6 +441,6 @@ impl Builder {
             Some(error) if builder.trajectory.is_empty() => return Err(error),
             _ => left_out(&builder.trajectory),
         };
-        Ok((builder.trajectory, [unit, note, left_out].into_iter().flatten().collect()))
+        Ok((builder.trajectory, [unit, padded, transposed, note, left_out].into_iter().flatten().collect()))
     }
 }

@@ -38,6 +38,32 @@ fn names(text: &[u8]) -> Vec<String> {
     split.into_iter().map(name).collect()
 }
 
+/// Whether the first column ascends from line to line, over more lines than two matrices have: theirs comes back to 0.
+pub(super) fn has_ascending_times(bytes: &[u8]) -> bool {
+    let first: Option<Vec<f64>> = rows(bytes).map(|row| row.columns().next().and_then(number)).collect();
+    first.is_some_and(|times| times.len() > 8 && times.windows(2).all(|pair| pair[0] < pair[1]))
+}
+
+/// The times of a column, each fraction as a count of the smallest part that the longest one has digits for; `None` where a time is
+/// not digits, a point and digits.
+pub(super) fn with_padded_fractions(bytes: &[u8], column: usize) -> Option<Vec<f64>> {
+    let split = |row: Row| {
+        let text = std::str::from_utf8(row.columns().nth(column)?).ok()?;
+        let (whole, fraction) = text.split_once('.')?;
+        Some((whole.parse::<u64>().ok()?, fraction.parse::<u64>().ok()?, fraction.len()))
+    };
+    let parts: Vec<(u64, u64, usize)> = rows(bytes).map(split).collect::<Option<_>>()?;
+    let digits = parts.iter().map(|part| part.2).max()?;
+    let is_counted = parts.iter().all(|&(_, fraction, length)| fraction == 0 || !is_padded(fraction, length));
+    let seconds = |(whole, fraction, _): (u64, u64, usize)| whole as f64 + fraction as f64 / 10f64.powi(digits as i32);
+    is_counted.then(|| parts.into_iter().map(seconds).collect())
+}
+
+/// Whether so many digits of a number begin with 0.
+fn is_padded(number: u64, digits: usize) -> bool {
+    number.checked_ilog10().is_none_or(|most| (most as usize) + 1 < digits)
+}
+
 /// All lines, those that hold nothing among them.
 fn all_rows(bytes: &[u8]) -> impl Iterator<Item = Row<'_>> {
     lines(without_byte_order_mark(bytes)).map(|(line, text)| Row { line, text })
