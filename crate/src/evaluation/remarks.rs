@@ -8,8 +8,8 @@ use super::associate::Pair;
 use super::interpolate::interval;
 use super::path::Path;
 use super::umeyama::Fit;
-use crate::io::trajectory::Trajectory;
 use crate::io::length_unit::{CENTIMETRE, FOOT, INCH, MILLIMETRE};
+use crate::io::trajectory::Trajectory;
 
 /// An option that would change what a note reports; each surface has its own words for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

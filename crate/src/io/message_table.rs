@@ -98,9 +98,10 @@ pub(super) fn with_a_cell_for_each_element(bytes: &[u8]) -> Cow<'_, [u8]> {
     });
     let mut text = head.collect::<Vec<_>>().join(",").into_bytes();
     for row in &rows {
-        let cells = row.iter().zip(&lengths).flat_map(|(cell, &length)| {
-            (0..length).map(move |at| cell.get(at).copied().unwrap_or_default())
-        });
+        let cells = row
+            .iter()
+            .zip(&lengths)
+            .flat_map(|(cell, &length)| (0..length).map(move |at| cell.get(at).copied().unwrap_or_default()));
         text.push(b'\n');
         text.extend(cells.collect::<Vec<_>>().join(&b','));
     }

@@ -16,10 +16,6 @@ use crate::{Error, Result};
 /// Below this length a quaternion is zero: the length squared drowns in rounding.
 const MIN_QUATERNION_NORM: f64 = 1e-8;
 
-/// Ratio of the lengths of one file's quaternions beyond which they are none. Those that were interpolated linearly between two
-/// rotations at most half a turn apart, and not normalised, have lengths from this share of 1.
-const MAX_LENGTH_RATIO: f64 = std::f64::consts::SQRT_2;
-
 /// Where the numbers of a pose stand.
 pub(super) enum Layout {
     Table(Table),
@@ -219,7 +215,7 @@ fn off_length(length: f64, columns: [usize; 4], words: &str, fault: Fault) -> Er
 pub(super) fn left_out(trajectory: &Trajectory) -> Option<String> {
     let first = trajectory.undefined.first()?;
     Some(format!(
-        "{} of its {} poses have nan, inf or a quaternion of zeros (first pose {first}, counted from 0), as trackers write \
+        "{} of its {} poses have nan or inf in place of numbers, or a quaternion of zeros (first pose {first}, counted from 0), as trackers write \
          where they are lost; these are left out.",
         trajectory.undefined.len(),
         trajectory.num_rows()
@@ -231,8 +227,6 @@ pub(super) struct Builder {
     trajectory: Trajectory,
     /// The first quaternion whose length is off, and how many there are.
     off_length: Option<(Error, usize)>,
-    /// The smallest and the largest length of a quaternion.
-    lengths: (f64, f64),
     /// Matrices that were written column by column.
     num_transposed: usize,
     /// Times whose fractions were given the leading zeros that they lacked.
@@ -243,14 +237,7 @@ pub(super) struct Builder {
 
 impl Builder {
     pub(super) fn new() -> Self {
-        Self {
-            trajectory: Trajectory::default(),
-            off_length: None,
-            lengths: (f64::INFINITY, 0.0),
-            num_transposed: 0,
-            num_padded: 0,
-            undefined: None,
-        }
+        Self { trajectory: Trajectory::default(), off_length: None, num_transposed: 0, num_padded: 0, undefined: None }
     }
 
     /// Adds the pose of a row of a table.
@@ -292,18 +279,12 @@ impl Builder {
         let scale = if quaternion.norm_squared().is_finite() { 1.0 } else { quaternion.coords.amax() };
         let quaternion = quaternion / scale;
         let length = quaternion.norm() * scale;
-        self.lengths = (self.lengths.0.min(length), self.lengths.1.max(length));
         if (length - 1.0).abs() > ROTATION_TOLERANCE {
-            self.off_length = Some(self.off_length.take().map_or_else(|| (error(length), 1), |(first, count)| (first, count + 1)));
+            self.off_length =
+                Some(self.off_length.take().map_or_else(|| (error(length), 1), |(first, count)| (first, count + 1)));
         }
         let rotation = UnitQuaternion::new_normalize(quaternion);
         self.trajectory.orientations.get_or_insert_default().push(rotation);
-    }
-
-    /// Whether most quaternions are off unit length, and by factors that differ: then their columns hold something else.
-    fn are_no_quaternions(&self) -> bool {
-        let most = |count: usize| 2 * count > self.trajectory.len();
-        self.off_length.as_ref().is_some_and(|&(_, count)| most(count)) && self.lengths.1 > MAX_LENGTH_RATIO * self.lengths.0
     }
 
     /// Whether the row holds no pose, as no value of its position is finite; it is then counted. Where only some values are not
@@ -368,7 +349,8 @@ impl Builder {
             return Ok(());
         }
         // Programs that multiply rows by matrices, and those that keep matrices column by column, have the translation in the last row.
-        let is_transposed = matches!(numbers, [_, _, _, 0.0, _, _, _, 0.0, _, _, _, 0.0, x, y, z, 1.0] if [*x, *y, *z] != [0.0; 3]);
+        let is_transposed =
+            matches!(numbers, [_, _, _, 0.0, _, _, _, 0.0, _, _, _, 0.0, x, y, z, 1.0] if [*x, *y, *z] != [0.0; 3]);
         self.num_transposed += usize::from(is_transposed);
         let row_by_row: Vec<f64> =
             (0..numbers.len()).map(|at| numbers[if is_transposed { at % 4 * 4 + at / 4 } else { at }]).collect();
@@ -418,10 +400,6 @@ impl Builder {
     /// The trajectory, with notes where quaternions were normalised and rows left out; an error where no row holds a pose.
     pub(super) fn into_lenient(self) -> Result<(Trajectory, Vec<String>)> {
         let (builder, unit) = self.with_times();
-        let are_none = builder.are_no_quaternions();
-        if are_none && let Some((error, _)) = builder.off_length {
-            return Err(error);
-        }
         let padded = (builder.num_padded > 0).then(|| {
             let count = builder.num_padded;
             format!(

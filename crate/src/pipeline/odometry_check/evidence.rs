@@ -172,7 +172,12 @@ impl Evidence {
         let (agreement, turn) = best.filter(|(agreement, _)| *agreement >= self.least(as_given))?;
         let [then, percent] = [agreement, as_given].map(|share| (100.0 * share).round());
         let degrees = turn.to_degrees().round();
-        Some((turn, format!("{then} % of what the scans saw agrees with its motion turned by {degrees} degrees, and {percent} % as it is")))
+        Some((
+            turn,
+            format!(
+                "{then} % of what the scans saw agrees with its motion turned by {degrees} degrees, and {percent} % as it is"
+            ),
+        ))
     }
 
     fn other_units(&self, scans: &[RecordedScan], given: &Trajectory) -> Vec<Reading> {
