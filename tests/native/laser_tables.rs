@@ -345,6 +345,20 @@ fn lists_in_the_cells_of_messages_are_the_elements() {
 }
 
 #[test]
+fn points_in_space_are_no_scans_of_a_plane() {
+    let rows = |elevation: &dyn Fn(usize) -> f64| -> String {
+        (0..360).map(|row| format!("{row},{},2.5\n", elevation(row))).collect::<Vec<_>>().concat()
+    };
+    let table = |text: String| read(format!("azimuth_deg,elevation_deg,range_m\n{text}").as_bytes());
+    let problem = table(rows(&|row| (row % 16) as f64 - 8.0)).unwrap_err().to_string();
+    assert!(
+        problem.contains("points in space, with \"elevation_deg\"") && problem.contains("Write x, y and z"),
+        "{problem}"
+    );
+    assert_eq!(table(rows(&|_| 0.0)).unwrap().scans.len(), 1);
+}
+
+#[test]
 fn logs_of_words_may_have_decimal_commas() {
     let readings: Vec<String> = (0..181).map(|beam| format!("1,{beam:03}")).collect();
     let line = |time: usize| format!("FLASER 181 {} 0,5 0 0 0,5 0 0 {time},25 h 0,1\n", readings.join(" "));

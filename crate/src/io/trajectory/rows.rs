@@ -50,18 +50,19 @@ pub(super) fn with_padded_fractions(bytes: &[u8], column: usize) -> Option<Vec<f
     let split = |row: Row| {
         let text = std::str::from_utf8(row.columns().nth(column)?).ok()?;
         let (whole, fraction) = text.split_once('.')?;
-        Some((whole.parse::<u64>().ok()?, fraction.parse::<u64>().ok()?, fraction.len()))
+        Some((whole.parse::<u64>().ok()?, fraction.parse::<u64>().ok()?, u32::try_from(fraction.len()).ok()?))
     };
-    let parts: Vec<(u64, u64, usize)> = rows(bytes).map(split).collect::<Option<_>>()?;
+    let parts: Vec<(u64, u64, u32)> = rows(bytes).map(split).collect::<Option<_>>()?;
     let digits = parts.iter().map(|part| part.2).max()?;
     let is_counted = parts.iter().all(|&(_, fraction, length)| fraction == 0 || !is_padded(fraction, length));
-    let seconds = |(whole, fraction, _): (u64, u64, usize)| whole as f64 + fraction as f64 / 10f64.powi(digits as i32);
+    let seconds =
+        |(whole, fraction, _): (u64, u64, u32)| whole as f64 + fraction as f64 / 10f64.powf(f64::from(digits));
     is_counted.then(|| parts.into_iter().map(seconds).collect())
 }
 
 /// Whether so many digits of a number begin with 0.
-fn is_padded(number: u64, digits: usize) -> bool {
-    number.checked_ilog10().is_none_or(|most| (most as usize) + 1 < digits)
+fn is_padded(number: u64, digits: u32) -> bool {
+    number.checked_ilog10().is_none_or(|most| most + 1 < digits)
 }
 
 /// All lines, those that hold nothing among them.

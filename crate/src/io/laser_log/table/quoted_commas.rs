@@ -29,7 +29,7 @@ impl QuotedCommas {
         if quoted.iter().all(|text| are_groups(text)) {
             return Self::Group;
         }
-        let is_decimal = |text: &&[u8]| !text.contains(&b'.') && text.iter().filter(|&&byte| byte == b',').count() == 1;
+        let is_decimal = |text: &&[u8]| !text.contains(&b'.') && text.split(|&byte| byte == b',').count() == 2;
         if quoted.iter().all(is_decimal) { Self::Decimal } else { Self::Separate }
     }
 

@@ -96,7 +96,9 @@ impl Table {
 
     fn leave_out_between_ranges(&mut self) {
         let mut is_left_out = vec![false; self.names.len()];
-        between_ranges(&self.names).into_iter().for_each(|column| is_left_out[column] = true);
+        for column in between_ranges(&self.names) {
+            is_left_out[column] = true;
+        }
         let Some(first) = is_left_out.iter().position(|&out| out) else { return };
         self.between = Some(self.names[first].clone());
         let is_kept = |column: usize| !is_left_out.get(column).is_some_and(|&out| out);
@@ -328,9 +330,8 @@ fn name_of(word: &[u8]) -> String {
 
 /// Whether a line has a number with a decimal point, which `03.05.2024` is not.
 fn has_point(line: &[u8]) -> bool {
-    let runs = line.split(|byte| !byte.is_ascii_digit() && *byte != b'.');
-    let num_points = |run: &[u8]| run.iter().filter(|&&byte| byte == b'.').count();
-    runs.into_iter().any(|run| num_points(run) == 1 && run.last() != Some(&b'.'))
+    let mut runs = line.split(|byte| !byte.is_ascii_digit() && *byte != b'.');
+    runs.any(|run| run.split(|&byte| byte == b'.').count() == 2 && run.last() != Some(&b'.'))
 }
 
 fn with_point(word: &[u8]) -> Cow<'_, [u8]> {
