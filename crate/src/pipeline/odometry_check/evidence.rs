@@ -1,6 +1,6 @@
 //! What pairs of scans say of the odometry: how much of what they saw agrees by it, and by another reading of it.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Vector2;
 
@@ -31,8 +31,6 @@ const POSITION_UNITS: [(f64, &str); 8] = [
     (0.5, "about twice too large"),
     (2.0, "about half as large as they should be"),
 ];
-/// Turns of the robot's axes that are tried (rad): those between two of x ahead, y ahead and their opposites.
-const QUARTER_TURNS: [f64; 3] = [FRAC_PI_2, PI, -FRAC_PI_2];
 /// Largest offset of the clock that is tried (s), ...
 const MAX_CLOCK_OFFSET: f64 = 30.0;
 /// ... and the step between two of them: a robot's turn lasts longer. One step is the delay of a message, not another clock.
@@ -167,7 +165,8 @@ impl Evidence {
             return None;
         }
         let turned = |turn: f64| self.agreement(scans, |scan| Some(poses[scan]? * turn_of(turn)));
-        let best = QUARTER_TURNS.map(|turn| (turned(turn), turn)).into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+        let quarters = [1.0, 2.0, -1.0].map(|quarter| quarter * FRAC_PI_2);
+        let best = quarters.map(|turn| (turned(turn), turn)).into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
         let as_given = turned(0.0);
         let (agreement, turn) = best.filter(|(agreement, _)| *agreement >= self.least(as_given))?;
         let [then, percent] = [agreement, as_given].map(|share| (100.0 * share).round());
