@@ -211,5 +211,10 @@ pub(crate) mod tests {
         assert_eq!(told(&corner(|z, _| 65_535.0 - 6553.5 * z, 16)), (true, None));
         assert_eq!(told(&corner(|z, _| 20_000.0 / z, 16)), (false, Some(NoDepth::Inverse)));
         assert_eq!(told(&corner(|z, ray| 1000.0 * z * ray, 16)), (false, Some(NoDepth::RayLength)));
+        // Far below the largest value, where inverted depth would be straight, too; noise as of a Kinect's disparities.
+        let noise = |z: f64| 0.5 * ((1e4 * z).sin() * 43_758.5).sin();
+        let of_inverse = told(&corner(|z, _| 3000.0 / z + noise(z), 16));
+        assert_eq!(of_inverse, (false, Some(NoDepth::Inverse)));
+        assert_eq!(told(&corner(|z, _| 1000.0 * z + 2.0 * z * z * noise(z), 16)), (false, None));
     }
 }

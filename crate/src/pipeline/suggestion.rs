@@ -194,6 +194,9 @@ mod tests {
         assert_eq!((six.setting, six.value), (ReadingSetting::DepthScale, Some(6553.5)));
         assert!(six.text.contains("6.50 times") && six.text.contains("depth_scale 6553.5"), "{}", six.text);
         assert_eq!(suggested(&path(0.3, 1.0), reading).unwrap().value, Some(300.0));
+        let centimetres = suggested(&path(0.01, 1.0), reading).unwrap();
+        assert_eq!(centimetres.value, None);
+        assert!(centimetres.text.contains("as where that is in centimetres"), "{}", centimetres.text);
         let clouds = suggested(&path(1000.0, 1.0), Reading::Clouds(1.0)).unwrap();
         assert_eq!((clouds.setting, clouds.value), (ReadingSetting::CloudUnit, Some(1e-3)));
         let wide = suggested(&path(1.0, 0.73), reading).unwrap();
