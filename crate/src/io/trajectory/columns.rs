@@ -4,12 +4,11 @@ use std::fmt::Write as _;
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
+use super::times::in_seconds;
 use super::{QuaternionColumns, QuaternionOrder, Trajectory, nothing};
 use crate::geometry::Pose3;
-use crate::geometry::quantile::quantile;
 use crate::geometry::rotation::{ROTATION_TOLERANCE, nearest_rotation, rotation_defect};
 use crate::io::text::quote;
-use crate::io::time_unit::{MILLISECOND, NANOSECOND, unit_since_1970};
 use crate::io::trajectory::rows::Row;
 use crate::{Error, Result};
 
@@ -161,37 +160,6 @@ pub(super) fn pose_table_text(stamps: Option<&[f64]>, poses: &[Pose3]) -> String
 /// Makes the error at the place that is being read.
 pub(super) type Fault<'a> = &'a dyn Fn(String, &str) -> Error;
 
-/// Smallest usual interval (s): poses at 1 kHz. By it times without a unit are seconds, microseconds or nanoseconds: recorders
-/// have intervals between it and a second, so that the three ranges do not overlap.
-const MIN_INTERVAL: f64 = 1e-3;
-/// Times of microseconds since 1970, from 2001 to 2096, whatever their interval; as nanoseconds they would be an uptime of two to
-/// six weeks.
-const MICROSECONDS_SINCE_1970: std::ops::Range<f64> = 1e15..4e15;
-
-/// Converts times to seconds, which is what a file without a unit means where intervals do not show otherwise, and says so.
-fn in_seconds(stamps: &mut [f64]) -> Option<String> {
-    let mut intervals: Vec<f64> = stamps.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
-    let interval = quantile(&mut intervals, 0.5).unwrap_or(0.0);
-    let last = stamps.iter().copied().fold(0.0, f64::max);
-    let (divisor, unit) = if unit_since_1970(last) == Some(NANOSECOND) {
-        (1e9, "nanoseconds")
-    } else if MICROSECONDS_SINCE_1970.contains(&last)
-        || (interval / 1e6 >= MIN_INTERVAL && interval / 1e9 < MIN_INTERVAL)
-    {
-        (1e6, "microseconds")
-    } else if interval / 1e9 >= MIN_INTERVAL {
-        (1e9, "nanoseconds")
-    } else if unit_since_1970(last) == Some(MILLISECOND) {
-        (1e3, "milliseconds")
-    } else {
-        return None;
-    };
-    for stamp in stamps {
-        *stamp /= divisor;
-    }
-    Some(format!("The times were read as {unit}, since the poses would be {interval:.0} s apart otherwise."))
-}
-
 /// Where the position stands in a matrix, row by row.
 pub(super) const POSITION_OF_MATRIX: [usize; 3] = [3, 7, 11];
 
@@ -211,6 +179,11 @@ fn off_length(length: f64, columns: [usize; 4], words: &str, fault: Fault) -> Er
     fault(problem, &format!("The columns are {words}"))
 }
 
+/// The error about the last row of a matrix.
+fn last_row(last: &[f64], fault: Fault) -> Error {
+    fault(format!("The last row of the matrix is {last:?}"), "The last row of a pose is 0 0 0 1")
+}
+
 /// How many rows without a pose were left out, in a sentence.
 pub(super) fn left_out(trajectory: &Trajectory) -> Option<String> {
     let first = trajectory.undefined.first()?;
@@ -227,8 +200,8 @@ pub(super) struct Builder {
     trajectory: Trajectory,
     /// The first quaternion whose length is off, and how many there are.
     off_length: Option<(Error, usize)>,
-    /// Matrices that were written column by column.
-    num_transposed: usize,
+    /// What is wrong with the first matrix that was written column by column, and how many there are.
+    transposed: Option<(Error, usize)>,
     /// Times whose fractions were given the leading zeros that they lacked.
     num_padded: usize,
     /// What is wrong with the first row that holds no pose.
@@ -237,7 +210,7 @@ pub(super) struct Builder {
 
 impl Builder {
     pub(super) fn new() -> Self {
-        Self { trajectory: Trajectory::default(), off_length: None, num_transposed: 0, num_padded: 0, undefined: None }
+        Self { trajectory: Trajectory::default(), off_length: None, transposed: None, num_padded: 0, undefined: None }
     }
 
     /// Adds the pose of a row of a table.
@@ -351,14 +324,18 @@ impl Builder {
         // Programs that multiply rows by matrices, and those that keep matrices column by column, have the translation in the last row.
         let is_transposed =
             matches!(numbers, [_, _, _, 0.0, _, _, _, 0.0, _, _, _, 0.0, x, y, z, 1.0] if [*x, *y, *z] != [0.0; 3]);
-        self.num_transposed += usize::from(is_transposed);
+        if is_transposed {
+            let first = self.transposed.take();
+            self.transposed =
+                Some(first.map_or_else(|| (last_row(&numbers[12..], fault), 1), |(first, count)| (first, count + 1)));
+        }
         let row_by_row: Vec<f64> =
             (0..numbers.len()).map(|at| numbers[if is_transposed { at % 4 * 4 + at / 4 } else { at }]).collect();
         let [a, b, c, x, d, e, f, y, g, h, i, z, last @ ..] = &row_by_row[..] else {
             return Err(fault(format!("A matrix of {} numbers is not a pose", numbers.len()), "Give 12 or 16"));
         };
         if !(last.is_empty() || last == [0.0, 0.0, 0.0, 1.0]) {
-            return Err(fault(format!("The last row of the matrix is {last:?}"), "The last row of a pose is 0 0 0 1"));
+            return Err(last_row(last, fault));
         }
         let R = Matrix3::new(*a, *b, *c, *d, *e, *f, *g, *h, *i);
         let deviation = rotation_defect(&R);
@@ -387,10 +364,11 @@ impl Builder {
         (self, note)
     }
 
-    /// The trajectory, unless a quaternion's length is off or a row holds no pose.
+    /// The trajectory, unless a quaternion's length is off, a matrix is written column by column or a row holds no pose.
     pub(super) fn into_strict(self) -> Result<Trajectory> {
         let (builder, _) = self.with_times();
-        match builder.undefined.or(builder.off_length.map(|(error, _)| error)) {
+        let of_first = |found: Option<(Error, usize)>| found.map(|(error, _)| error);
+        match builder.undefined.or(of_first(builder.off_length)).or(of_first(builder.transposed)) {
             Some(error) => Err(error),
             None if builder.trajectory.is_empty() => Err(nothing()),
             None => Ok(builder.trajectory),
@@ -407,8 +385,7 @@ impl Builder {
                  as where seconds and microseconds are written with a point between), and were read with them: then none goes back."
             )
         });
-        let transposed = (builder.num_transposed > 0).then(|| {
-            let count = builder.num_transposed;
+        let transposed = builder.transposed.map(|(_, count)| {
             format!("{count} matrices have their translation in the last row: they were read column by column.")
         });
         let note = builder.off_length.map(|(error, count)| {

@@ -33,6 +33,7 @@ pub(crate) mod matrices;
 mod messages;
 pub(crate) mod npy;
 mod rows;
+mod times;
 pub(crate) mod tum;
 
 use columns::{Builder, Layout, Table, left_out, not_finite};
@@ -365,7 +366,7 @@ fn parse(bytes: &[u8], format: Option<TrajectoryFormat>) -> Result<(Builder, Tra
                 builder.push_table(&table, &numbers, &|problem, remedy| row.fault(problem, remedy))?;
             }
             if let Some(column) = table.seconds() {
-                builder.mend_fractions(|| rows::with_padded_fractions(bytes, column));
+                builder.mend_fractions(|| times::with_padded_fractions(bytes, column));
             }
             builder
         }

@@ -44,27 +44,6 @@ pub(super) fn has_ascending_times(bytes: &[u8]) -> bool {
     first.is_some_and(|times| times.len() > 8 && times.windows(2).all(|pair| pair[0] < pair[1]))
 }
 
-/// The times of a column, each fraction as a count of the smallest part that the longest one has digits for; `None` where a time is
-/// not digits, a point and digits.
-pub(super) fn with_padded_fractions(bytes: &[u8], column: usize) -> Option<Vec<f64>> {
-    let split = |row: Row| {
-        let text = std::str::from_utf8(row.columns().nth(column)?).ok()?;
-        let (whole, fraction) = text.split_once('.')?;
-        Some((whole.parse::<u64>().ok()?, fraction.parse::<u64>().ok()?, u32::try_from(fraction.len()).ok()?))
-    };
-    let parts: Vec<(u64, u64, u32)> = rows(bytes).map(split).collect::<Option<_>>()?;
-    let digits = parts.iter().map(|part| part.2).max()?;
-    let is_counted = parts.iter().all(|&(_, fraction, length)| fraction == 0 || !is_padded(fraction, length));
-    let seconds =
-        |(whole, fraction, _): (u64, u64, u32)| whole as f64 + fraction as f64 / 10f64.powf(f64::from(digits));
-    is_counted.then(|| parts.into_iter().map(seconds).collect())
-}
-
-/// Whether so many digits of a number begin with 0.
-fn is_padded(number: u64, digits: u32) -> bool {
-    number.checked_ilog10().is_none_or(|most| most + 1 < digits)
-}
-
 /// All lines, those that hold nothing among them.
 fn all_rows(bytes: &[u8]) -> impl Iterator<Item = Row<'_>> {
     lines(without_byte_order_mark(bytes)).map(|(line, text)| Row { line, text })
