@@ -5,6 +5,7 @@
 import { MOST_ANGLE } from '../files/laser_logs.js';
 import { MessageError } from './cdr.js';
 import type { ScanMessage } from './messages.js';
+import { plural } from './stamps.js';
 
 const DEGREE = Math.PI / 180;
 
@@ -58,4 +59,18 @@ function shortest(value: number) {
     if (Math.fround(rounded) === value) return rounded;
   }
   return value;
+}
+
+/** A scan of a log, and the frame that its message names. */
+export type FramedLine = { frame: string; line: string };
+
+/** The scans of the first one's frame, where those of others come in between; all of them where a frame was only renamed. */
+export function ofOneLaser(scans: readonly FramedLine[]) {
+  const first = scans[0]?.frame;
+  const other = scans.findIndex(({ frame }) => frame !== first);
+  const areInTurn = other >= 0 && scans.slice(other).some(({ frame }) => frame === first);
+  const lines = scans.filter(({ frame }) => !areInTurn || frame === first).map(({ line }) => line);
+  const others = plural(scans.length - lines.length, 'scan');
+  const loss = `${others} of other frames than ${first} left out: one laser is used; record each on a topic of its own`;
+  return { lines, loss: lines.length < scans.length ? loss : null };
 }

@@ -12,7 +12,7 @@ import { CdrReader, MessageError } from './cdr.js';
 import { cloudFile } from './clouds.js';
 import { Gyroscope } from './gyro.js';
 import { colorEnding, colorFile, depthEnding, depthFile } from './images.js';
-import { scanLine } from './laser_scans.js';
+import { type FramedLine, ofOneLaser, scanLine } from './laser_scans.js';
 import {
   type CameraMessage,
   decodeCamera,
@@ -191,24 +191,26 @@ class Maker {
     const path = `${this.#bag.path}/${topic.name.replace(/^\//, '').replaceAll('/', '_')}.log`;
     const losses: Note[] = [];
     const read = async () => {
-      const lines: string[] = [];
+      const scansRead: FramedLine[] = [];
       const faults: string[] = [];
       let numWithoutStep = 0;
       const lineOf = (bytes: Uint8Array) => {
         const scan = decodeScan(bytes, hasEchoes);
         if (scan.angleIncrement === 0) numWithoutStep += 1;
-        return scanLine(scan, isUpsideDown);
+        return { frame: scan.frame, line: scanLine(scan, isUpsideDown) };
       };
       for (const { index } of messages) {
         try {
-          lines.push(await this.#convert(topic, index, path, lineOf));
+          scansRead.push(await this.#convert(topic, index, path, lineOf));
         } catch (error) {
           faults.push(wordsOf(error));
         }
       }
-      if (lines.length === 0) throw fileError(path, `None of its scans can be read. ${faults[0] ?? ''}`);
+      if (scansRead.length === 0) throw fileError(path, `None of its scans can be read. ${faults[0] ?? ''}`);
+      const { lines, loss } = ofOneLaser(scansRead);
       const some = `${plural(faults.length, 'scan')} of ${messages.length} left out: ${faults[0] ?? ''}`;
       losses.splice(0, Infinity, ...(faults.length > 0 ? [lost(topic.name, some)] : []));
+      if (loss) losses.push(lost(topic.name, loss));
       if (numWithoutStep > 0) losses.push({ file: topic.name, reason: STEP_FROM_LIMITS });
       return new TextEncoder().encode(`${lines.join('\n')}\n`);
     };

@@ -7,6 +7,7 @@ import { unpackedName } from '../archive/packed.js';
 import { isBagName } from '../bag/names.js';
 import { fileError, lost, type Note, notUsed } from '../base/errors.js';
 import { lookUp } from '../base/look_up.js';
+import { inUtf8, markedUtf16 } from '../base/utf16.js';
 import type { Content } from '../files/content.js';
 import { HEAD_BYTES } from '../files/heads.js';
 import { isCloudName, isImageName } from '../files/kinds.js';
@@ -97,11 +98,13 @@ async function withUtf8<T extends Content>(
   return Promise.all(
     files.map(async (file) => {
       if (!TEXTS.test(file.path)) return file;
-      const [first, second] = await file.readHead(2).catch(() => new Uint8Array());
-      const encoding = first === 0xff && second === 0xfe ? 'utf-16le' : first === 0xfe && second === 0xff && 'utf-16be';
-      if (!encoding) return file;
-      const make = async () => new TextEncoder().encode(new TextDecoder(encoding).decode(await file.read()));
-      return wrap(madeOf(file, make), file);
+      const head = await file.readHead(2).catch(() => new Uint8Array());
+      return markedUtf16(head)
+        ? wrap(
+            madeOf(file, async () => inUtf8(await file.read())),
+            file,
+          )
+        : file;
     }),
   );
 }

@@ -36,6 +36,9 @@ export function partsOf(path: string, header: Header, size: number, numAlike: nu
   if (dims.length === 2 && isPoint(first) && second >= MIN_POINTS && /^f/.test(code) && !PATHS.test(baseOf(path))) {
     return [{ suffix: '.npy', isCloud: true, make: (bytes, name) => points(inColumns(readNpy(name, bytes)), 3) }];
   }
+  const [, , third = 0] = dims;
+  const areClouds = dims.length === 3 && second >= MIN_SIDE && (third === 2 || isPoint(third)) && /^f/.test(code);
+  if (areClouds && !header.isByColumn && !PATHS.test(baseOf(path))) return stackOfPoints(header, size, path);
   if (images.length > 0 || first < MIN_SIDE || PATHS.test(baseOf(path)) || !/^[fiu]/.test(code)) return images;
   if (dims.length === 1) return [{ suffix: '.txt', make: oneScan }];
   if (dims.length !== 2) return [];
@@ -89,6 +92,38 @@ function imageFile(
   const image = { stamp: { sec: 0, nsec: 0 }, frame: '', width, height, bigEndian: header.isBigEndian, step, data };
   if (isColor) return colorFile({ ...image, encoding: channels === 4 ? 'rgba8' : 'rgb8' });
   return depthFile({ ...image, encoding: ENCODINGS[header.code] ?? '' });
+}
+
+/** A cloud, or a planar scan, for each list of points in a stack. */
+function stackOfPoints(
+  { dims: [count = 0, length = 0, columns = 0], code, start, isBigEndian }: Header,
+  size: number,
+  path: string,
+): Part[] {
+  const bytesOfOne = length * columns * Number(code.slice(1));
+  if (start + count * bytesOfOne > size) throw cutOff(path, [count, length, columns]);
+  const one = `{'descr': '${isBigEndian ? '>' : '<'}${code}', 'fortran_order': False, 'shape': (${length}, ${columns}), }`;
+  const head = Uint8Array.of(
+    0x93,
+    ...new TextEncoder().encode('NUMPY'),
+    1,
+    0,
+    one.length & 255,
+    one.length >> 8,
+    ...new TextEncoder().encode(one),
+  );
+  const isPlanar = columns === 2;
+  return Array.from({ length: count }, (_, at) => ({
+    suffix: `_${String(at).padStart(6, '0')}.${isPlanar ? 'ply' : 'npy'}`,
+    ...(isPlanar ? {} : { isCloud: true as const }),
+    make: (bytes, name) => {
+      const begin = start + at * bytesOfOne;
+      const list = new Uint8Array(head.length + bytesOfOne);
+      list.set(head);
+      list.set(bytes.subarray(begin, begin + bytesOfOne), head.length);
+      return points(readNpy(name, list), isPlanar ? 2 : 3);
+    },
+  }));
 }
 
 /** A depth image of numbers in metres or millimetres, row by row. */

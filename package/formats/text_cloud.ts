@@ -21,7 +21,7 @@ const LASER_COLUMNS = /^(intensity|intensities|reflectivity|quality|rssi|laser_i
 
 /** A unit behind the name of a column in lower case, and that of x. */
 const UNIT_BEHIND = new RegExp(`[\\s_]*[([].*$|_${LENGTH_UNIT}$`);
-const UNIT_OF_X = new RegExp(`(?:^|[\\s,;"#])x[\\s_]*[([]?(${LENGTH_UNIT})\\b`, 'i');
+const UNIT_OF_X = new RegExp(`(?:^|[\\s,;"#])x1?[\\s_]*[([]?(${LENGTH_UNIT})\\b`, 'i');
 
 /** loss: what is missing of it */
 type TextCloud = { ply: Uint8Array; count: number; notes: string[]; loss: string | null };
@@ -140,7 +140,9 @@ function namesOf(lines: readonly string[]) {
       .replaceAll(/["']/g, '')
       .replace(/^points(_m_xyz)?:([012])$/, (_, __, axis) => 'xyz'[Number(axis)] ?? '')
       .replace(UNIT_BEHIND, '')
-      .trim(),
+      .trim()
+      // Of the first return, as Ouster's program writes them.
+      .replace(/^([xyz])1$/, '$1'),
   );
 }
 

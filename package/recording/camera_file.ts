@@ -4,6 +4,8 @@
  * `fx 0 cx, 0 fy cy, 0 0 1`, row by row or column by column.
  */
 import { fileError } from '../base/errors.js';
+import { haveDecimalCommas } from '../base/units.js';
+import { inUtf8 } from '../base/utf16.js';
 import type { Size } from '../files/heads.js';
 import { readDocument, readLabels } from './documents.js';
 import { EXIF_BYTES, focalShare } from './exif.js';
@@ -40,18 +42,26 @@ function plain(name: string) {
  * @returns empty: it describes none
  */
 export function readCameras(bytes: Uint8Array): Camera[] {
-  const text = new TextDecoder().decode(bytes).replace(/^\uFEFF/, '');
+  const text = new TextDecoder().decode(inUtf8(bytes)).replace(/^\uFEFF/, '');
   const numbers = plainNumbers(text);
   if (numbers) return ofNumbers(numbers);
   const colmap = ofColmap(text);
   if (colmap.length > 0) return colmap;
-  const cameras = ofTree(readDocument(text));
-  return cameras.length > 0 ? cameras : ofTree(readLabels(text));
+  const readers = [readDocument, readLabels, readTable];
+  return readers.map((read) => ofTree(read(text))).find((cameras) => cameras.length > 0) ?? [];
+}
+
+/** The rows of a table under the names of its columns. */
+function readTable(text: string): Record<string, number>[] {
+  const [names = [], ...rows] = text.split(/\r\n|\r|\n/).map((line) => line.split(/[,;\t]/).map((cell) => cell.trim()));
+  const isRow = (row: string[]) => row.length === names.length;
+  return rows.filter(isRow).map((row) => Object.fromEntries(names.map((name, at) => [name, Number(row[at])])));
 }
 
 /** All of a text's numbers; null where there is anything else but comments and brackets. */
 function plainNumbers(text: string) {
-  const words = text
+  const withPoints = haveDecimalCommas(text.split('\n')) ? text.replaceAll(',', '.') : text;
+  const words = withPoints
     .replaceAll(/(#|\/\/).*/g, ' ')
     .split(/[\s,;[\]]+/)
     .filter((word) => word !== '');

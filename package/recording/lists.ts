@@ -1,5 +1,6 @@
 /** Text files that list images: their times, and which belong together (TUM's rgb.txt, depth.txt, associations.txt). */
 import type { Note } from '../base/errors.js';
+import { ticksPerSecond } from '../base/units.js';
 import { contains, folderOf } from '../files/names.js';
 import type { ListedFile } from '../files/recording.js';
 
@@ -58,7 +59,8 @@ function readRows(text: string, root: string, known: Set<string>) {
       if (!/\.(png|jpe?g|pgm|ppm)$/i.test(word)) return;
       const relative = word.replace(/^\.\//, '');
       const path = root === '' ? relative : `${root}/${relative}`;
-      const time = index > 0 ? Number(words[index - 1]) : Number.NaN;
+      const written = index > 0 ? Number(words[index - 1]) : Number.NaN;
+      const time = written / (ticksPerSecond(written) ?? 1);
       if (known.has(path)) row.push({ image: path, time: Number.isFinite(time) ? time : null });
       else if (contains(root, folderOf(path))) missing.push(relative);
     });

@@ -5,6 +5,7 @@
  */
 import { inverted } from '../base/matrices.js';
 import { compareNaturally } from '../base/natural_order.js';
+import { inUtf8 } from '../base/utf16.js';
 import { readDocument } from './documents.js';
 import { posesOfLines, turned } from './pose_lines.js';
 import { posesOfTable } from './pose_tables.js';
@@ -44,7 +45,8 @@ function lines(rows: number[][]) {
 }
 
 /** The bytes of a trajectory as the engine takes them: those of structured files are rewritten. */
-export function trajectoryBytes(path: string, bytes: Uint8Array) {
+export function trajectoryBytes(path: string, written: Uint8Array) {
+  const bytes = inUtf8(written);
   const found = isPoseDocument(path) ? posesOfDocument(bytes) : null;
   if (found) return new TextEncoder().encode(found.text);
   if (/\.traj$/i.test(path)) return ofArKit(bytes) ?? bytes;

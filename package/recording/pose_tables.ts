@@ -121,19 +121,22 @@ function ofEcho(lines: readonly string[]): string | null {
 function ofAngles(lines: readonly string[]): string | null {
   const rows = lines.filter((line) => !line.startsWith('#')).map((line) => numbersOf(line.trim().split(/[\s,;]+/)));
   const isTimed = rows.every((row, at) => row.length === 7 && (at === 0 || (row[0] ?? 0) > (rows[at - 1]?.[0] ?? 0)));
-  const areAngles = rows.every((row) =>
-    row.slice(4).every((angle) => Math.abs(angle) <= MAX_RADIANS || Number.isNaN(angle)),
-  );
+  const areAngles = rows.every((row) => row.slice(4).every((angle) => Math.abs(angle) <= 360 || Number.isNaN(angle)));
   const known = rows.filter((row) => row.every(Number.isFinite));
   if (rows.length < 2 || known.length === 0 || !isTimed || !areAngles || known.every((row) => isUnit(row.slice(3))))
     return null;
   const [first = 0] = known[0] ?? [];
   const divisor = ticksPerSecond(first) ?? 1;
+  const columns = [4, 5, 6].map((column) => known.map((row) => row[column] ?? 0));
+  const turns = turnsOf(columns, '');
   return written(
     'timestamp,x,y,z,qx,qy,qz,qw',
-    known.map(([time = 0, x = 0, y = 0, z = 0, roll = 0, pitch = 0, yaw = 0]) => [
+    known.map(([time = 0, x = 0, y = 0, z = 0], row) => [
       time / divisor,
-      ...[x, y, z, ...quaternionOf(roll, pitch, yaw)],
+      x,
+      y,
+      z,
+      ...turns.map((part) => part[row] ?? 0),
     ]),
   );
 }
@@ -165,12 +168,18 @@ function ofNames(lines: readonly string[]): string | null {
   // Of a turn in the plane the other two are 0.
   const isFlat = !quaternion[0] && !quaternion[1] && quaternion[2] !== undefined && quaternion[3] !== undefined;
   const isTurned = !isFlat && quaternion.includes(undefined) && (isHeading || !angles.includes(undefined));
+  const cells = (column: Column) => table.rows.map((row) => row[column.at] ?? '');
+  const [seconds, nanoseconds] = [
+    /^(stamp|header|time)?secs?(onds)?$/,
+    /^(stamp|header|time)?n(ano)?secs?(onds)?$/,
+  ].map(find);
   const times =
-    time &&
-    timesOf(
-      table.rows.map((row) => row[time.at] ?? ''),
-      time.unit,
-    );
+    seconds && nanoseconds
+      ? {
+          seconds: numbers(seconds).map((time, row) => time + 1e-9 * (numbers(nanoseconds)[row] ?? 0)),
+          isConverted: true,
+        }
+      : time && timesOf(cells(time), time.unit);
   const inOtherUnit = axes.some((axis) => axis !== undefined && perMetre(axis.unit) !== 1);
   if (!(isGlobal || isTurned || isFlat || inOtherUnit || times?.isConverted || haveDecimalCommas(lines.slice(1))))
     return null;

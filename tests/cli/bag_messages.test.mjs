@@ -6,7 +6,7 @@ import { test } from 'node:test';
 import { listBags, recordingsOf } from '../../npm/bag/bag_recordings.js';
 import { cloudFile } from '../../npm/bag/clouds.js';
 import { colorFile, depthFile } from '../../npm/bag/images.js';
-import { scanLine } from '../../npm/bag/laser_scans.js';
+import { ofOneLaser, scanLine } from '../../npm/bag/laser_scans.js';
 import { decodeCloud, decodeCompressed, decodeImage, decodeScan } from '../../npm/bag/messages.js';
 import { packedFile } from '../../npm/bag/packed_images.js';
 import { pathText } from '../../npm/bag/path.js';
@@ -399,6 +399,14 @@ async function contentOf({ files }, path) {
   if (!file) throw new Error(`no ${path}`);
   return text(await file.read());
 }
+
+test('of two lasers in turn on one topic the first is taken, and a frame that was only renamed is one laser', () => {
+  const scans = (/** @type {string} */ frames) => [...frames].map((frame, at) => ({ frame, line: `${at}` }));
+  assert.deepEqual(ofOneLaser(scans('lrlrlr')).lines, ['0', '2', '4']);
+  assert.deepEqual(ofOneLaser(scans('aaabbb')).lines, ['0', '1', '2', '3', '4', '5']);
+  assert.match(ofOneLaser(scans('lrlrlr')).loss ?? '', /^3 scans of other frames than l left out/);
+  assert.deepEqual(ofOneLaser([]), { lines: [], loss: null });
+});
 
 test('sensible topics are chosen: depth with its colours and its camera, and who calls itself the truth', async () => {
   const { topics } = await bagOf([INFRA, COLOR, DEPTH, OTHER_CAMERA, CAMERA, SCAN, TF, TF_STATIC, ODOMETRY, TRUTH]);

@@ -19,6 +19,8 @@ const OPEN3D_TRAJECTORY = JSON.stringify({
 
 /** What each program writes, shortened where it goes on alike. @type {Record<string, string>} */
 const FILES = {
+  'intrinsics.csv': 'fx,fy,cx,cy,width,height\n585.5,586,320,240,640,480\n',
+  'camera_matrix_de.txt': '585,500 0,000 320,000\n0,000 586,000 240,000\n0,000 0,000 1,000\n',
   'cameras.txt': '# Camera list\n#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n1 PINHOLE 640 480 525 526 320 240\n',
   'colmap_cameras.txt': '1 SIMPLE_RADIAL 640 480 500 320 240 0.01\n',
   'camera_fov.json': '{"width": 640, "height": 480, "fov": 60}',
@@ -321,6 +323,8 @@ distortion_coefficients: [-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05]
 
 /** Size of the depth images, fx fy cx cy, raw values per metre. @type {Record<string, [number[], number[], number | null]>} */
 const EXPECTED = {
+  'intrinsics.csv': [[640, 480], [585.5, 586, 320, 240], null],
+  'camera_matrix_de.txt': [[640, 480], [585.5, 586, 320, 240], null],
   'calibration.yml': [[640, 480], [535.916, 535.916, 342.283, 235.571], null],
   'out_camera_data.xml': [[640, 480], [657.467, 657.467, 319.5, 239.5], null],
   'ost.yaml': [[640, 480], [575.816, 575.816, 314.5, 235.5], null],

@@ -299,6 +299,12 @@ test('points as text: columns behind x y z, counts, headers, the grid of PTX', (
   assert.deepEqual(looksLikePoints(table), [3, 4, 5]);
   assert.ok(isLaserTable(table));
   assert.deepEqual(pointsOf(textClouds(table, [3, 4, 5])[0]?.ply ?? new Uint8Array(), 3)[29], [1.5, 2.5, 3.5]);
+  // Ouster's program has the first return's coordinates in X1, Y1 and Z1.
+  const ouster = encode(
+    `TIMESTAMP (ns), RING, X1 (mm), Y1 (mm), Z1 (mm), RANGE1 (mm)\n${'9, 1, 1500, 2500, 3500, 7\n'.repeat(30)}`,
+  );
+  assert.deepEqual(looksLikePoints(ouster), [2, 3, 4]);
+  assert.match(new TextDecoder().decode(textClouds(ouster, [2, 3, 4])[0]?.ply.slice(0, 80)), /comment unit mm/);
   assert.deepEqual(points('X;Y;Z\n1,5;2,5;3,5\n4;5;6\n'), [
     [1.5, 2.5, 3.5],
     [4, 5, 6],

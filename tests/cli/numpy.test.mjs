@@ -75,6 +75,28 @@ test('an archive of nothing but lists of points is a cloud each', async () => {
   );
 });
 
+test('a stack of lists of points is a planar scan or a cloud each', async () => {
+  for (const [columns, ending] of /** @type {const} */ ([
+    [2, 'ply'],
+    [3, 'npy'],
+  ])) {
+    const values = Array.from({ length: 3 * 30 * columns }, (_, i) => i);
+    const { files, notes } = await converted({ 'scans.npy': npy([3, 30, columns], values) });
+    assert.deepEqual(notes, []);
+    assert.deepEqual(
+      files.map(({ path, isCloud }) => [path, isCloud]),
+      [0, 1, 2].map((at) => [`scans_00000${at}.${ending}`, columns === 3 ? true : undefined]),
+    );
+    const bytes = (await files[2]?.read()) ?? new Uint8Array();
+    const text = textOf(bytes);
+    assert.match(text, /^ply\n[^]*element vertex 30\n/);
+    const start = text.indexOf('end_header\n') + 'end_header\n'.length;
+    const Numbers = text.includes('property double x') ? Float64Array : Float32Array;
+    const [x, y, z] = new Numbers(bytes.slice(start, start + 3 * Numbers.BYTES_PER_ELEMENT).buffer);
+    assert.deepEqual([x, y, z], [60 * columns, 60 * columns + 1, columns === 3 ? 60 * columns + 2 : 0]);
+  }
+});
+
 test('a stack of depth images is an image each, and an archive with one and its colours a frame', async () => {
   const { files } = await converted({ 'depth.npy': array('depth.npy') });
   assert.deepEqual(

@@ -181,6 +181,19 @@ test('tables in other conventions become poses in seconds and metres', () => {
     [12.5, 1, 2, 3, 0, 0, 0, 1],
     [13, 1, 2, 3, 0, 0, 0, 1],
   ]);
+  // Seconds beside nanoseconds; angles in degrees without names; UTF-16.
+  const stamps = rows('sec,nsec,x,y,z,qx,qy,qz,qw\n12,500000000,1,2,3,0,0,0,1\n12,600000000,1,2,3,0,0,0,1\n');
+  assert.deepEqual(
+    stamps.rows.map(([time]) => time),
+    [12.5, 12.6],
+  );
+  close(rows('1,0,0,0,0,0,90\n2,1,2,3,0,0,90\n').rows[1], [2, 1, 2, 3, ...turned]);
+  const utf16 = Uint8Array.of(
+    0xff,
+    0xfe,
+    ...new Uint8Array(Uint16Array.from('Zeit;x;y;z\n1,5;2,5;3;4\n', (c) => c.charCodeAt(0)).buffer),
+  );
+  assert.equal(new TextDecoder().decode(trajectoryBytes('a.csv', utf16)), 'timestamp,x,y,z\n1.5,2.5,3,4\n');
   // NCLT: microseconds, x y z roll pitch heading.
   const nclt = rows(
     `1326030975726043, 1, 2, 3, 0, 0, ${Math.PI / 2}\n1326030975926043, nan, nan, nan, nan, nan, nan\n`,

@@ -195,6 +195,26 @@ test('TUM RGB-D: by time, each used once, within 0.02 s', async () => {
   ]);
 });
 
+test('lists may have their times in nanoseconds', async () => {
+  const at = (/** @type {number} */ milliseconds) => `${1305031102000 + milliseconds}000000`;
+  const [colours, depths] = [
+    [15, 48, 81].map((ms) => `rgb/${at(ms)}.png`),
+    [0, 33, 66].map((ms) => `depth/${at(ms)}.png`),
+  ];
+  const list = (/** @type {string[]} */ paths) => paths.map((path) => `${/\d+/.exec(path)?.[0]} ${path}\n`).join('');
+  const recording = await understandAll({
+    ...Object.fromEntries(colours.map((path) => [path, RGB])),
+    ...Object.fromEntries(depths.map((path) => [path, DEPTH16])),
+    'rgb.txt': list(colours),
+    'depth.txt': list(depths),
+  });
+  assert.deepEqual(
+    pairsOf(recording),
+    depths.map((path, index) => [path, colours[index]]),
+  );
+  assert.ok(Math.abs((recording.depth_frames[1]?.time ?? 0) - 1305031102.033) < 1e-5);
+});
+
 test('associations.txt decides, with its times', async () => {
   const recording = await understandAll({
     ...many([0, 1, 2], (i) => `depth/${i}.png`, DEPTH16),

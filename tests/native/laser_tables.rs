@@ -295,6 +295,78 @@ fn decimal_commas_are_read() {
 }
 
 #[test]
+fn dates_quotes_and_thousands_leave_numbers_what_they_are() {
+    let scan = |cell: &dyn Fn(usize) -> String| (0..181).map(|beam| cell(900 + 7 * beam)).collect::<Vec<_>>();
+    let german = |line: usize| {
+        let cells = scan(&|mm| format!("\"{},{:03}\"", mm / 1000, mm % 1000));
+        format!("03.05.2024;10:00:0{line},250;{}\n", cells.join(";"))
+    };
+    let grouped = |line: usize| {
+        let cells = scan(&|mm| if mm < 1000 { mm.to_string() } else { format!("\"{},{:03}\"", mm / 1000, mm % 1000) });
+        format!("{line},{}\n", cells.join(","))
+    };
+    let names = |stem: &str| (0..181).map(|beam| format!("{stem}{beam}")).collect::<Vec<_>>();
+    for (text, time) in [
+        (format!("Datum;Uhrzeit;{}\n{}{}", names("r").join(";"), german(1), german(2)), 36_002.25),
+        (format!("t,{}\n{}{}", names("mm_").join(","), grouped(1), grouped(2)), 2.0),
+    ] {
+        assert!(is_laser_log(text.as_bytes()));
+        let log = read(text.as_bytes()).unwrap();
+        let scan = &log.scans[1];
+        assert_eq!((log.scans.len(), scan.ranges.len(), scan.time), (2, 181, Some(time)), "{:?}", log.notes);
+        assert!((f64::from(scan.ranges[100]) - 1.6).abs() < 1e-6, "{}", scan.ranges[100]);
+    }
+}
+
+#[test]
+fn what_stands_between_the_ranges_is_left_out_and_told() {
+    let names: Vec<String> = (0..181).map(|beam| format!("range_{beam},intensity_{beam}")).collect();
+    let cells: Vec<String> = (0..181).map(|beam| format!("{}.{beam:03},{}", 2 + beam / 100, beam * 37 % 50)).collect();
+    let text = format!("time,{}\n0.1,{}\n0.2,{}\n", names.join(","), cells.join(","), cells.join(","));
+    let log = read(text.as_bytes()).unwrap();
+    assert_eq!((log.scans.len(), log.scans[1].ranges.len(), log.scans[1].ranges[3]), (2, 181, 2.003));
+    assert!(log.notes.iter().any(|note| note.contains("intensity_0 and so on")), "{:?}", log.notes);
+}
+
+/// As pandas writes messages that a bag's reader gave it.
+#[test]
+fn lists_in_the_cells_of_messages_are_the_elements() {
+    let head = "Time,header.frame_id,angle_min,angle_increment,range_min,range_max,ranges,intensities\n";
+    for (open, close) in [("(", ")"), ("[", "]")] {
+        let rows = format!(
+            "1.5,laser,-1,0.5,0.1,30,\"{open}1.5, inf, 2.5{close}\",\"{open}{close}\"\n1.6,laser,-1,0.5,0.1,30,\"{open}1.5, 3.5{close}\",\"{open}{close}\"\n"
+        );
+        let log = read(format!("{head}{rows}").as_bytes()).unwrap();
+        let ranges =
+            |scan: usize| log.scans[scan].ranges.iter().filter(|range| range.is_finite()).copied().collect::<Vec<_>>();
+        assert_eq!((ranges(0), ranges(1)), (vec![1.5, 2.5], vec![1.5, 3.5]));
+        assert_eq!((log.scans[1].time, log.scans[0].ranges.len()), (Some(1.6), 3));
+    }
+}
+
+#[test]
+fn points_in_space_are_no_scans_of_a_plane() {
+    let rows = |elevation: &dyn Fn(usize) -> f64| -> String {
+        (0..360).map(|row| format!("{row},{},2.5\n", elevation(row))).collect::<Vec<_>>().concat()
+    };
+    let table = |text: String| read(format!("azimuth_deg,elevation_deg,range_m\n{text}").as_bytes());
+    let problem = table(rows(&|row| (row % 16) as f64 - 8.0)).unwrap_err().to_string();
+    assert!(
+        problem.contains("points in space, with \"elevation_deg\"") && problem.contains("Write x, y and z"),
+        "{problem}"
+    );
+    assert_eq!(table(rows(&|_| 0.0)).unwrap().scans.len(), 1);
+}
+
+#[test]
+fn logs_of_words_may_have_decimal_commas() {
+    let readings: Vec<String> = (0..181).map(|beam| format!("1,{beam:03}")).collect();
+    let line = |time: usize| format!("FLASER 181 {} 0,5 0 0 0,5 0 0 {time},25 h 0,1\n", readings.join(" "));
+    let log = read(format!("{}{}", line(1), line(2)).as_bytes()).unwrap();
+    assert_eq!((log.scans.len(), log.scans[1].ranges[180], log.scans[1].time), (2, 1.18, Some(2.25)));
+}
+
+#[test]
 fn decimal_commas_are_told_wherever_the_beginning_of_a_table_ends() {
     let scan: Vec<String> = (0..60).map(|beam| format!("2,{beam:02}")).collect();
     let table = format!("{}\n", scan.join(";")).repeat(20);

@@ -1,6 +1,7 @@
 //! Odometry that is not that of the scans, or in other units, or by another clock: told, with the remedy; and good odometry
 //! is taken as it is.
 
+use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
@@ -131,6 +132,23 @@ fn mirrors_are_told(name: &str, drive: &Drive) {
     assert!(told.contains("mirror image") && told.contains("turns clockwise"), "{name}: {told}");
 }
 
+/// The laser looks sideways or backwards, or the odometry's headings count from another axis.
+fn turns_are_told(name: &str, drive: &Drive) {
+    for (quarter, told) in [(1.0, -90), (2.0, 180), (-1.0, 90)] {
+        let turned = Drive {
+            scans: drive.scans.clone(),
+            rows: drive.rows.iter().map(|&[number, x, y, h]| [number, x, y, h + quarter * FRAC_PI_2]).collect(),
+        };
+        let checked = check(&turned, &rows(&turned, 1.0, 1.0));
+        assert_eq!(checked.refusal, None, "{name}");
+        assert!(checked.notes[0].contains(&format!("turned by {told} degrees")), "{name}: {:?}", checked.notes);
+        for (pose, [_, x, y, heading]) in checked.poses.iter().flatten().zip(&drive.rows) {
+            let off = pose.inverse() * Pose2::new([*x, *y].into(), *heading);
+            assert!(off.translation.vector.norm() < 1e-9 && off.rotation.angle().abs() < 1e-9, "{name}");
+        }
+    }
+}
+
 fn clocks_are_told(name: &str, drive: &Drive) {
     let good = check(drive, &timed(drive, 0.0));
     assert_eq!((good.refusal, good.notes), (None, vec![]), "{name}");
@@ -158,6 +176,7 @@ fn odometry_of_real_logs_is_taken_and_what_is_wrong_with_it_told() {
     for (name, drive) in &drives {
         units_are_told(name, drive);
         mirrors_are_told(name, drive);
+        turns_are_told(name, drive);
         if *name == "aces" || *name == "fr079" {
             clocks_are_told(name, drive);
         }

@@ -185,6 +185,48 @@ fn quaternions_of_another_length_are_mended_where_that_is_asked_for() {
 }
 
 #[test]
+fn a_quaternion_of_zeros_is_a_pose_that_was_lost() {
+    let text = b"0 1 0 0 0 0 0 1\n1 1 0 0 0 0 0 0\n2 3 0 0 0 0 0 1\n";
+    let contents = read_lenient(text, None).unwrap();
+    assert_eq!((contents.trajectory.stamps, contents.trajectory.undefined), (Some(vec![0.0, 2.0]), vec![1]));
+    assert!(contents.notes[0].starts_with("1 of its 3 poses"), "{:?}", contents.notes);
+    assert!(read(text).unwrap_err().to_string().starts_with("line 2: Columns 5 to 8 are not a rotation"));
+}
+
+/// As `sec` and `usec` are printed with a point between.
+#[test]
+fn fractions_without_their_leading_zeros_are_told_by_times_that_go_back() {
+    let line =
+        |microseconds: u32| format!("{}.{} 1 2 3 0 0 0 1\n", 100 + microseconds / 1_000_000, microseconds % 1_000_000);
+    let text: String = (0..60).map(|row| line(900_013 + 33_333 * row)).collect();
+    let contents = read_lenient(text.as_bytes(), None).unwrap();
+    let stamps = contents.trajectory.stamps.unwrap();
+    assert!(stamps.windows(2).all(|pair| (pair[1] - pair[0] - 0.033_333).abs() < 1e-9), "{stamps:?}");
+    assert!(contents.notes[0].contains("lack the leading zeros"), "{:?}", contents.notes);
+    // Times that go back and would still do so, or whose fractions have their zeros, stay.
+    let shuffled = "100.5 0 0 0 0 0 0 1\n100.05 0 0 0 0 0 0 1\n100.25 0 0 0 0 0 0 1\n";
+    let kept = read_lenient(shuffled.as_bytes(), None).unwrap();
+    assert_eq!((kept.trajectory.stamps, kept.notes), (Some(vec![100.5, 100.05, 100.25]), vec![]));
+}
+
+#[test]
+fn matrices_by_columns_and_planar_poses_with_times() {
+    let by_rows = "0 -1 0 4 1 0 0 5 0 0 1 6 0 0 0 1\n";
+    let by_columns = "0 1 0 0 -1 0 0 0 0 0 1 0 4 5 6 1\n";
+    let contents = read_lenient(by_columns.as_bytes(), None).unwrap();
+    assert_eq!(contents.trajectory, read(by_rows.as_bytes()).unwrap());
+    assert!(contents.notes[0].contains("read column by column"), "{:?}", contents.notes);
+    assert!(read(by_columns.as_bytes()).unwrap_err().to_string().starts_with("line 1: The last row of the matrix is"));
+
+    let planar = (0..12).map(|row| format!("{}.5 {row} 0 0.25\n", 1000 + row)).collect::<Vec<_>>().concat();
+    let contents = read_lenient(planar.as_bytes(), None).unwrap();
+    assert_eq!(contents.format, TrajectoryFormat::Planar);
+    let trajectory = contents.trajectory;
+    assert_eq!(trajectory.stamps.unwrap()[..2], [1000.5, 1001.5]);
+    assert_eq!((trajectory.positions[3].x, trajectory.orientations.unwrap()[3].angle()), (3.0, 0.25));
+}
+
+#[test]
 fn poses_of_frames_that_a_tracker_lost_are_left_out() {
     let matrix = |x: f64| format!("1 0 0 {x}\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
     let lost = "-inf -inf -inf -inf\n".repeat(4);

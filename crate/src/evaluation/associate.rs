@@ -174,7 +174,15 @@ fn no_match(reference: &[f64], estimate: &[f64], max_diff: f64, offset: f64) -> 
          {:.3} s, the estimate {:.3} to {:.3} s",
         of_reference.0, of_reference.1, of_estimate.0, of_estimate.1
     );
-    Error::whole(problem, guess(of_reference, of_estimate, offset))
+    let is_alike = |stamps: &[f64], (first, last): (f64, f64)| stamps.len() > 1 && first == last;
+    let remedy = if is_alike(estimate, of_estimate) || is_alike(reference, of_reference) {
+        "All times of one of them are the same, as numbers of too few digits are: write them with more, or leave them out where \
+         both have a pose for each frame"
+            .to_owned()
+    } else {
+        guess(of_reference, of_estimate, offset)
+    };
+    Error::whole(problem, remedy)
 }
 
 /// The likely cause, in a sentence: the estimate's unit, a constant offset, or the tolerance.

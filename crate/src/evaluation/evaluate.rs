@@ -14,7 +14,7 @@ use super::motion_ratio::ratio_of;
 use super::pair_conventions::agreed;
 use super::pairs::{DeltaUnit, PairOptions};
 use super::path::Path;
-use super::remarks::{Advice, freedom, other_unit, time_differences};
+use super::remarks::{Advice, freedom, identities, other_unit, time_differences};
 use super::statistics::Statistics;
 use super::trajectory_error::{AlignedError, first_row_hint};
 use super::umeyama::Similarity;
@@ -259,6 +259,7 @@ pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &Evaluat
     let other_unit = ratio_of(&poses(MAX_MISFIT_FRAMES)).translation.and_then(other_unit);
     summary.advice.extend(other_unit.as_ref().map(|_| Advice::FitScale));
     summary.notes.extend(other_unit);
+    summary.notes.extend(identities("reference", reference).or_else(|| identities("estimate", estimate)));
     summary.notes.extend(freedom(&fit, &reference_path, options.alignment, of_positions.rmse));
     if without_motion > 0 {
         summary.notes.push(format!("In {without_motion} pairs the reference does not move; they were left out."));

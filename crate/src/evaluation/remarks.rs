@@ -9,6 +9,7 @@ use super::interpolate::interval;
 use super::path::Path;
 use super::umeyama::Fit;
 use crate::io::length_unit::{CENTIMETRE, FOOT, INCH, MILLIMETRE};
+use crate::io::trajectory::Trajectory;
 
 /// An option that would change what a note reports; each surface has its own words for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -45,6 +46,24 @@ pub(super) fn other_unit(ratio: f64) -> Option<String> {
          metres then.",
         unit.name
     ))
+}
+
+/// That several poses on the way of this trajectory are the identity to the last digit, as programs write where they are lost. A
+/// way that begins there comes back to it so exactly only where whoever recorded it stood still: that is one stretch, at its begin.
+pub(super) fn identities(whose: &str, trajectory: &Trajectory) -> Option<String> {
+    let rotations = trajectory.orientations.as_ref()?;
+    let is_identity =
+        |index: &usize| trajectory.positions[*index] == Vector3::zeros() && rotations[*index].angle() == 0.0;
+    let begin = (0..trajectory.len()).find(|index| !is_identity(index))?;
+    let lost: Vec<usize> = (begin..trajectory.len()).filter(is_identity).collect();
+    (lost.len() > 1).then(|| {
+        format!(
+            "{} poses of the {whose}, pose {} first (counted from 0), are the identity, as programs write where they are lost. They \
+             count in these figures; remove their lines to leave them out.",
+            lost.len(),
+            lost[0]
+        )
+    })
 }
 
 /// What the positions do not determine of a fit with these distances (m, root mean square) after it.

@@ -1,6 +1,8 @@
 //! Tables of ROS messages, one a row, with the names of their fields in the first line: what `rostopic echo -p` writes
 //! (`%time,field.header.stamp,field.ranges0,...`), or exporters of bags (`Time,header.stamp.secs,ranges_0,...`).
 
+use std::borrow::Cow;
+
 use crate::io::text::{lines, number, quote, without_byte_order_mark};
 use crate::io::time_unit::{NANOSECOND, unit_since_1970};
 use crate::{Error, Result};
@@ -76,6 +78,60 @@ impl MessageTable {
         let unit = if self.is_in_nanoseconds { NANOSECOND } else { unit_since_1970(time).unwrap_or(1.0) };
         Ok(Some(unit * time + NANOSECOND * nanoseconds).filter(|time| time.is_finite()))
     }
+}
+
+/// A table some of whose cells hold lists, `"[1.5, inf]"` or `"(1.5, inf)"` as Python's programs write them, with a column for each
+/// element (`ranges[0]`, `ranges[1]`, ...), empty behind the end of shorter lists; as it is where none does.
+pub(super) fn with_a_cell_for_each_element(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let mut rows = lines(bytes).map(|(_, line)| line).filter(|line| !line.trim_ascii().is_empty()).map(split_lists);
+    let Some(names) = rows.next() else { return Cow::Borrowed(bytes) };
+    let rows: Vec<Vec<Vec<&[u8]>>> = rows.collect();
+    let is_list = |column: usize| rows.iter().any(|row| row.get(column).is_some_and(|cell| cell.len() > 1));
+    if !(0..names.len()).any(is_list) {
+        return Cow::Borrowed(bytes);
+    }
+    let length = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(Vec::len).max().unwrap_or(1);
+    let lengths: Vec<usize> = (0..names.len()).map(length).collect();
+    let head = names.iter().zip(&lengths).flat_map(|(name, &length)| {
+        let name = String::from_utf8_lossy(name[0]).into_owned();
+        (0..length).map(move |at| if length > 1 { format!("{name}[{at}]") } else { name.clone() })
+    });
+    let mut text = head.collect::<Vec<_>>().join(",").into_bytes();
+    for row in &rows {
+        let cells = row
+            .iter()
+            .zip(&lengths)
+            .flat_map(|(cell, &length)| (0..length).map(move |at| cell.get(at).copied().unwrap_or_default()));
+        text.push(b'\n');
+        text.extend(cells.collect::<Vec<_>>().join(&b','));
+    }
+    Cow::Owned(text)
+}
+
+/// The elements of each cell of a row.
+fn split_lists(line: &[u8]) -> Vec<Vec<&[u8]>> {
+    let (mut depth, mut is_quoted) = (0, false);
+    let cells = line.split(|&byte| {
+        match byte {
+            b'"' => is_quoted = !is_quoted,
+            b'[' | b'(' => depth += 1,
+            b']' | b')' => depth -= 1,
+            _ => {}
+        }
+        byte == b',' && depth == 0 && !is_quoted
+    });
+    let bare = |cell: &'_ [u8]| -> usize { cell.iter().take_while(|byte| b"\"[( ".contains(byte)).count() };
+    cells
+        .map(|cell| {
+            let cell = cell.trim_ascii();
+            if !cell.iter().any(|byte| b"[(".contains(byte)) {
+                return vec![cell];
+            }
+            let inner = &cell[bare(cell)..];
+            let end = inner.iter().rposition(|byte| !b"\"]) ,".contains(byte)).map_or(0, |last| last + 1);
+            inner[..end].split(|&byte| byte == b',').map(<[u8]>::trim_ascii).collect()
+        })
+        .collect()
 }
 
 /// A message.

@@ -6,7 +6,7 @@
 
 mod evidence;
 
-use self::evidence::Evidence;
+use self::evidence::{Evidence, turn_of};
 use super::recorded_scan::{Matching, RecordedScan, match_odometry, planar_poses};
 use crate::geometry::Pose2;
 use crate::io::trajectory::Trajectory;
@@ -14,6 +14,10 @@ use crate::io::trajectory::Trajectory;
 /// What to do about scans that are the mirror image of what odometry tells.
 const MIRROR_REMEDY: &str = "If the laser turns clockwise or hangs upside down, set laser_direction=mirrored; if the odometry counts \
                              y to the right, give y to the left and headings counter-clockwise";
+
+/// What odometry that is turned against the scans means, and how to have it otherwise.
+const TURN_REMEDY: &str = "The laser does not look along the robot's x axis, or the odometry's headings count from another axis; if \
+                           neither is so, it is of another log: do without it";
 
 /// Odometry as far as it can be used.
 #[derive(Debug, Clone, Default)]
@@ -42,6 +46,12 @@ pub fn check_odometry(name: &str, scans: &[RecordedScan], given: &Trajectory, li
     if let Some(mirror) = evidence.mirror(scans, |scan| poses[scan]) {
         let problem = format!("It is {mirror}");
         return CheckedOdometry { mirrored: Some(problem.clone()), ..refuse(problem, MIRROR_REMEDY) };
+    }
+    if let Some((turn, figures)) = evidence.turn(scans, &poses) {
+        let poses: Vec<Option<Pose2>> = poses.iter().map(|pose| Some((*pose)? * turn_of(turn))).collect();
+        let mut notes = notes_on(name, scans, given, &poses, matching, false);
+        notes.push(format!("{name}: {figures}. It was used turned so. {TURN_REMEDY}."));
+        return CheckedOdometry { poses, notes, ..CheckedOdometry::default() };
     }
     if let Some((problem, remedy)) = evidence.contradiction(scans, given, &poses, matching) {
         let in_order = (matching == Matching::Time).then(|| poses_in_order(scans, given, limit)).flatten();

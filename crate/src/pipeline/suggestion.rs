@@ -8,7 +8,7 @@ use crate::camera::Pinhole;
 use crate::evaluation::motion_ratio::{motion_ratio, motions_agree};
 use crate::evaluation::trajectory_error::TrajectoryError;
 use crate::geometry::Pose3;
-use crate::io::length_unit::{CENTIMETRE, METRE, MILLIMETRE};
+use crate::io::length_unit::{CENTIMETRE, LengthUnit, METRE, MILLIMETRE};
 
 /// A value of a setting that would make the estimate agree with the reference.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -59,10 +59,25 @@ pub(crate) fn suggestion<P: Copy + Into<Pose3>>(
         return Some(Suggestion { text, setting: ReadingSetting::Fx, value: None });
     }
     let length = ratio.translation.filter(|length| length.ln().abs() > MIN_FACTOR.ln())?;
-    let (setting, name, value) = match reading {
-        Reading::Depth(scale, _) => (ReadingSetting::DepthScale, "depth_scale", usual_scale(scale * length)),
-        Reading::Clouds(unit) => (ReadingSetting::CloudUnit, "cloud_unit", usual_unit(unit / length)),
+    let (setting, name, usual, wanted) = match reading {
+        Reading::Depth(scale, _) => {
+            (ReadingSetting::DepthScale, "depth_scale", usual_scale(scale * length), scale * length)
+        }
+        Reading::Clouds(unit) => (ReadingSetting::CloudUnit, "cloud_unit", usual_unit(unit / length), unit / length),
     };
+    let is = |unit: &&LengthUnit| (length / unit.metres).ln().abs() < MIN_FACTOR.ln();
+    if let (None, Some(unit)) = (usual, [CENTIMETRE, MILLIMETRE].iter().find(is)) {
+        let text = format!(
+            "The path is {length:.4} times as long as the ground truth's, as where that is in {}: give it in metres",
+            unit.name
+        );
+        return Some(Suggestion { text, setting, value: None });
+    }
+    let rounded = match reading {
+        Reading::Depth(..) => wanted.round().max(1.0),
+        Reading::Clouds(_) => format!("{wanted:.2e}").parse().unwrap_or(wanted),
+    };
+    let value = usual.unwrap_or(rounded);
     let text =
         format!("The path is {length:.2} times as long as the ground truth's: {name} {value} would make them equal");
     Some(Suggestion { text, setting, value: Some(value) })
@@ -87,19 +102,18 @@ pub(crate) fn confirmation<P: Copy + Into<Pose3>>(
     }
 }
 
-/// The unit of length that is this one (m), about; else three digits.
-fn usual_unit(wanted: f64) -> f64 {
+/// The unit of length that is this one (m), about.
+fn usual_unit(wanted: f64) -> Option<f64> {
     let units = [METRE, CENTIMETRE, MILLIMETRE].map(|unit| unit.metres);
-    let near = units.into_iter().find(|unit| (unit / wanted).ln().abs() < MIN_FACTOR.ln());
-    near.unwrap_or_else(|| format!("{wanted:.2e}").parse().unwrap_or(wanted))
+    units.into_iter().find(|unit| (unit / wanted).ln().abs() < MIN_FACTOR.ln())
 }
 
-/// The scale in use that is this one, about; else a whole number.
-fn usual_scale(wanted: f64) -> f64 {
+/// The scale in use that is this one, about.
+fn usual_scale(wanted: f64) -> Option<f64> {
     let off = |usual: f64| (usual / wanted).ln().abs();
     let usual =
         SCALES_16.iter().chain(&SCALES_8).map(|(usual, _)| *usual).filter(|usual| off(*usual) < MIN_FACTOR.ln());
-    usual.min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap_or_else(|| wanted.round().max(1.0))
+    usual.min_by(|a, b| off(*a).total_cmp(&off(*b)))
 }
 
 #[cfg(test)]
@@ -180,6 +194,9 @@ mod tests {
         assert_eq!((six.setting, six.value), (ReadingSetting::DepthScale, Some(6553.5)));
         assert!(six.text.contains("6.50 times") && six.text.contains("depth_scale 6553.5"), "{}", six.text);
         assert_eq!(suggested(&path(0.3, 1.0), reading).unwrap().value, Some(300.0));
+        let centimetres = suggested(&path(0.01, 1.0), reading).unwrap();
+        assert_eq!(centimetres.value, None);
+        assert!(centimetres.text.contains("as where that is in centimetres"), "{}", centimetres.text);
         let clouds = suggested(&path(1000.0, 1.0), Reading::Clouds(1.0)).unwrap();
         assert_eq!((clouds.setting, clouds.value), (ReadingSetting::CloudUnit, Some(1e-3)));
         let wide = suggested(&path(1.0, 0.73), reading).unwrap();

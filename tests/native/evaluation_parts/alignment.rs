@@ -29,6 +29,27 @@ fn a_rotated_first_pose_of_the_reference_is_reported_with_the_aligned_error() {
 }
 
 #[test]
+fn poses_that_are_the_identity_on_the_way_and_times_without_digits_are_told() {
+    let pose = |i: u32| Pose3::new(Vector3::new(0.3 * f64::from(i), f64::from(i % 5) * 0.2, 0.0), Vector3::zeros());
+    let poses: Vec<Pose3> = (0..20).map(pose).collect();
+    let mut lost = poses.clone();
+    lost[7..10].fill(Pose3::identity());
+    let stamps: Vec<f64> = (0..20).map(|i| f64::from(i) + 0.25).collect();
+    let trajectory = |poses: &[Pose3], stamps: &[f64]| read(tum_text(Some(stamps), poses).as_bytes()).unwrap();
+    let compare = |estimate: &[Pose3], times: &[f64]| {
+        let (reference, estimate) = (trajectory(&poses, &stamps), trajectory(estimate, times));
+        evaluate(&reference, &estimate, &EvaluationOptions::default()).map(|found| found.summary.notes)
+    };
+    let told = compare(&lost, &stamps).unwrap().concat();
+    assert!(told.contains("3 poses of the estimate, pose 7 first (counted from 0), are the identity"), "{told}");
+    // One that begins there and stands still is no such path.
+    let still: Vec<Pose3> = [&poses[..1], &poses[..1], &poses[..18]].concat();
+    assert!(!compare(&still, &stamps).unwrap().concat().contains("identity"));
+    let refused = compare(&poses, &[1305.0; 20]).unwrap_err().to_string();
+    assert!(refused.contains("All times of one of them are the same"), "{refused}");
+}
+
+#[test]
 fn umeyama_finds_a_similarity_and_refuses_degenerate_points() {
     let points = winding(50).positions;
     let rotation = Rotation3::from_euler_angles(0.4, -1.0, 2.5);

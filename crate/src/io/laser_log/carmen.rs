@@ -10,12 +10,12 @@
 //! Metres and radians. Lines of other words are stepped over. Of several lasers the front one's scans are read; `RLASER`,
 //! `ROBOTLASER2` and `RAWLASER2` are the others'.
 
-use super::fields::{Fields, are_nearly_all, is_comment, tolerate, words};
+use super::fields::{Fields, are_nearly_all, decimal, is_comment, tolerate, words};
 use super::lasers::one_laser;
 use super::stated_limit::drop_false_limit;
 use super::{Bearings, LaserLog, LaserScan, OdometryOrigin, common_offset, front_laser};
 use crate::geometry::Pose2;
-use crate::io::text::{lines, number};
+use crate::io::text::lines;
 use crate::{Error, Result};
 
 /// Kinds of lines that hold a scan, the preferred first.
@@ -198,7 +198,7 @@ impl Reader {
     /// Parameters say what a FLASER line does not. Unknown ones, and such that are no numbers, are none of ours.
     fn parameter(&mut self, fields: &Fields<'_>) {
         let &[_, name, value, ..] = fields.words.as_slice() else { return };
-        let Some(value) = number(value).filter(|value| value.is_finite() && *value > 0.0) else { return };
+        let Some(value) = decimal(value).filter(|value| value.is_finite() && *value > 0.0) else { return };
         match name {
             b"laser_front_laser_fov" => self.field_of_view = Some(value.to_radians()),
             b"robot_front_laser_max" | b"robot_frontlaser_max" => self.max_range = value,
@@ -219,7 +219,7 @@ impl Reader {
             fields.next += 5; // velocities, safety distances and the axis of turning
         }
         self.count_odometry(robot, num_words_after);
-        let time = fields.words.get(fields.next).and_then(|word| number(word)).filter(|time| time.is_finite());
+        let time = fields.words.get(fields.next).and_then(|word| decimal(word)).filter(|time| time.is_finite());
         let reference = self.vertex.take().or(robot);
         self.laser_poses.push(laser);
         self.num_words_after.push(num_words_after);

@@ -68,7 +68,7 @@ impl<'a> Fields<'a> {
         let Some(word) = self.words.get(self.next) else {
             return Err(self.fault(format!("The line ends before {what}"), "Complete the line or remove it"));
         };
-        let value = number(word).ok_or_else(|| {
+        let value = decimal(word).ok_or_else(|| {
             self.fault(
                 format!("{} in the place of {what} is not a number", quote(word)),
                 "Correct the line or remove it",
@@ -109,6 +109,16 @@ impl<'a> Fields<'a> {
         }
         Ok(values)
     }
+}
+
+/// A number with a decimal point or, as programs write it under some locales, a decimal comma: between words that blanks separate, a
+/// comma is nothing else.
+pub(super) fn decimal(word: &[u8]) -> Option<f64> {
+    number(word).or_else(|| {
+        let comma = word.iter().position(|&byte| byte == b',')?;
+        let with_point: Vec<u8> = [&word[..comma], b".", &word[comma + 1..]].concat();
+        number(&with_point).filter(|_| !word.contains(&b'.'))
+    })
 }
 
 pub(super) fn is_comment(line: &[u8]) -> bool {

@@ -3,7 +3,7 @@
 use super::table::series_of_names;
 use super::{Bearings, LaserLog, LaserScan};
 use crate::io::limits::MAX_BEAMS;
-use crate::io::message_table::{MessageTable, Row};
+use crate::io::message_table::{MessageTable, Row, with_a_cell_for_each_element};
 use crate::{Error, Result};
 
 /// Whether the beginning of a file names the columns of laser scans.
@@ -14,6 +14,7 @@ pub(super) fn looks_like_rostopic(head: &[u8]) -> bool {
 
 #[inline(never)]
 pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
+    let bytes = &with_a_cell_for_each_element(bytes);
     let table = MessageTable::from_head(bytes);
     let ranges = range_columns(&table)?;
     let (rows, cut) = table.rows(bytes)?;

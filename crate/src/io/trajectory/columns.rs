@@ -4,12 +4,11 @@ use std::fmt::Write as _;
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
+use super::times::in_seconds;
 use super::{QuaternionColumns, QuaternionOrder, Trajectory, nothing};
 use crate::geometry::Pose3;
-use crate::geometry::quantile::quantile;
 use crate::geometry::rotation::{ROTATION_TOLERANCE, nearest_rotation, rotation_defect};
 use crate::io::text::quote;
-use crate::io::time_unit::{MILLISECOND, NANOSECOND, unit_since_1970};
 use crate::io::trajectory::rows::Row;
 use crate::{Error, Result};
 
@@ -98,6 +97,11 @@ impl Table {
         })
     }
 
+    /// The column of times in seconds.
+    pub(super) fn seconds(&self) -> Option<usize> {
+        self.stamp.and_then(|(column, divisor)| (divisor == 1.0).then_some(column))
+    }
+
     /// Whether these are TUM's columns.
     pub(super) fn is_tum(&self) -> bool {
         self.stamp == Some((0, 1.0)) && self.x == 1 && self.quaternion == Some([7, 4, 5, 6]) && self.num_columns == 8
@@ -135,6 +139,11 @@ pub(super) fn planar() -> Table {
     Table { num_columns: 4, number: Some(0), x: 1, y: 2, heading: Some(3), words, ..Table::default() }
 }
 
+/// `t x y theta`.
+pub(super) fn timed_planar() -> Table {
+    Table { num_columns: 4, number: None, stamp: Some((0, 1.0)), words: "t x y theta", ..planar() }
+}
+
 /// Poses with named columns, with their times (s) where there are any.
 pub(super) fn pose_table_text(stamps: Option<&[f64]>, poses: &[Pose3]) -> String {
     let mut text = String::from(if stamps.is_some() { "timestamp," } else { "" }) + "x,y,z,qw,qx,qy,qz\n";
@@ -151,37 +160,6 @@ pub(super) fn pose_table_text(stamps: Option<&[f64]>, poses: &[Pose3]) -> String
 /// Makes the error at the place that is being read.
 pub(super) type Fault<'a> = &'a dyn Fn(String, &str) -> Error;
 
-/// Smallest usual interval (s): poses at 1 kHz. By it times without a unit are seconds, microseconds or nanoseconds: recorders
-/// have intervals between it and a second, so that the three ranges do not overlap.
-const MIN_INTERVAL: f64 = 1e-3;
-/// Times of microseconds since 1970, from 2001 to 2096, whatever their interval; as nanoseconds they would be an uptime of two to
-/// six weeks.
-const MICROSECONDS_SINCE_1970: std::ops::Range<f64> = 1e15..4e15;
-
-/// Converts times to seconds, which is what a file without a unit means where intervals do not show otherwise, and says so.
-fn in_seconds(stamps: &mut [f64]) -> Option<String> {
-    let mut intervals: Vec<f64> = stamps.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
-    let interval = quantile(&mut intervals, 0.5).unwrap_or(0.0);
-    let last = stamps.iter().copied().fold(0.0, f64::max);
-    let (divisor, unit) = if unit_since_1970(last) == Some(NANOSECOND) {
-        (1e9, "nanoseconds")
-    } else if MICROSECONDS_SINCE_1970.contains(&last)
-        || (interval / 1e6 >= MIN_INTERVAL && interval / 1e9 < MIN_INTERVAL)
-    {
-        (1e6, "microseconds")
-    } else if interval / 1e9 >= MIN_INTERVAL {
-        (1e9, "nanoseconds")
-    } else if unit_since_1970(last) == Some(MILLISECOND) {
-        (1e3, "milliseconds")
-    } else {
-        return None;
-    };
-    for stamp in stamps {
-        *stamp /= divisor;
-    }
-    Some(format!("The times were read as {unit}, since the poses would be {interval:.0} s apart otherwise."))
-}
-
 /// Where the position stands in a matrix, row by row.
 pub(super) const POSITION_OF_MATRIX: [usize; 3] = [3, 7, 11];
 
@@ -192,11 +170,25 @@ pub(super) fn not_finite(column: usize, value: f64, fault: Fault) -> Error {
     fault(problem, "Write decimal numbers, or remove the line")
 }
 
+/// The error about columns w x y z that hold a quaternion of this length.
+fn off_length(length: f64, columns: [usize; 4], words: &str, fault: Fault) -> Error {
+    let (low, high) = columns.iter().fold((usize::MAX, 0), |(low, high), &c| (low.min(c), high.max(c)));
+    let (low, high) = (low + 1, high + 1);
+    let problem =
+        format!("Columns {low} to {high} are not a rotation: a quaternion has length 1, and theirs is {length}");
+    fault(problem, &format!("The columns are {words}"))
+}
+
+/// The error about the last row of a matrix.
+fn last_row(last: &[f64], fault: Fault) -> Error {
+    fault(format!("The last row of the matrix is {last:?}"), "The last row of a pose is 0 0 0 1")
+}
+
 /// How many rows without a pose were left out, in a sentence.
 pub(super) fn left_out(trajectory: &Trajectory) -> Option<String> {
     let first = trajectory.undefined.first()?;
     Some(format!(
-        "{} of its {} poses have nan or inf in place of numbers (first pose {first}, counted from 0), as trackers write \
+        "{} of its {} poses have nan or inf in place of numbers, or a quaternion of zeros (first pose {first}, counted from 0), as trackers write \
          where they are lost; these are left out.",
         trajectory.undefined.len(),
         trajectory.num_rows()
@@ -208,13 +200,17 @@ pub(super) struct Builder {
     trajectory: Trajectory,
     /// The first quaternion whose length is off, and how many there are.
     off_length: Option<(Error, usize)>,
+    /// What is wrong with the first matrix that was written column by column, and how many there are.
+    transposed: Option<(Error, usize)>,
+    /// Times whose fractions were given the leading zeros that they lacked.
+    num_padded: usize,
     /// What is wrong with the first row that holds no pose.
     undefined: Option<Error>,
 }
 
 impl Builder {
     pub(super) fn new() -> Self {
-        Self { trajectory: Trajectory::default(), off_length: None, undefined: None }
+        Self { trajectory: Trajectory::default(), off_length: None, transposed: None, num_padded: 0, undefined: None }
     }
 
     /// Adds the pose of a row of a table.
@@ -223,6 +219,11 @@ impl Builder {
         let labels: Vec<usize> = table.number.into_iter().chain(table.stamp.map(|(column, _)| column)).collect();
         let position: Vec<usize> = [table.x, table.y].into_iter().chain(table.z).collect();
         if self.is_undefined(numbers, &labels, &position, fault)? {
+            return Ok(());
+        }
+        let is_zero = |columns: [usize; 4]| columns.iter().all(|&column| value(column).abs() < MIN_QUATERNION_NORM);
+        if let Some(columns) = table.quaternion.filter(|&columns| is_zero(columns)) {
+            self.push_undefined(|| off_length(0.0, columns, table.words, fault));
             return Ok(());
         }
         self.trajectory.positions.push(Vector3::new(value(table.x), value(table.y), table.z.map_or(0.0, value)));
@@ -236,8 +237,7 @@ impl Builder {
             let quaternion = Quaternion::new(value(w), value(x), value(y), value(z));
             let order = if w < x { QuaternionOrder::RealPartFirst } else { QuaternionOrder::RealPartLast };
             self.trajectory.quaternion_columns = Some(QuaternionColumns { order, is_named: table.is_named });
-            let columns = [w, x, y, z].iter().fold((usize::MAX, 0), |(low, high), &c| (low.min(c), high.max(c)));
-            self.push_quaternion(quaternion, columns, table.words, fault)?;
+            self.push_quaternion(quaternion, |length| off_length(length, [w, x, y, z], table.words, fault));
         } else if let Some(column) = table.heading {
             self.trajectory.headings.get_or_insert_default().push(value(column));
             let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), value(column));
@@ -247,32 +247,17 @@ impl Builder {
     }
 
     /// The length of a quaternion in the file is rounded; larger deviations are noted.
-    fn push_quaternion(
-        &mut self,
-        quaternion: Quaternion<f64>,
-        (low, high): (usize, usize),
-        words: &str,
-        fault: Fault,
-    ) -> Result<()> {
+    fn push_quaternion(&mut self, quaternion: Quaternion<f64>, error: impl FnOnce(f64) -> Error) {
         // Of a huge quaternion the square is infinite: it is scaled first.
         let scale = if quaternion.norm_squared().is_finite() { 1.0 } else { quaternion.coords.amax() };
         let quaternion = quaternion / scale;
         let length = quaternion.norm() * scale;
         if (length - 1.0).abs() > ROTATION_TOLERANCE {
-            let problem = format!(
-                "Columns {} to {} are not a rotation: a quaternion has length 1, and theirs is {length}",
-                low + 1,
-                high + 1
-            );
-            let error = fault(problem, &format!("The columns are {words}"));
-            if length < MIN_QUATERNION_NORM {
-                return Err(error);
-            }
-            self.off_length = Some(self.off_length.take().map_or((error, 1), |(first, count)| (first, count + 1)));
+            self.off_length =
+                Some(self.off_length.take().map_or_else(|| (error(length), 1), |(first, count)| (first, count + 1)));
         }
         let rotation = UnitQuaternion::new_normalize(quaternion);
         self.trajectory.orientations.get_or_insert_default().push(rotation);
-        Ok(())
     }
 
     /// Whether the row holds no pose, as no value of its position is finite; it is then counted. Where only some values are not
@@ -295,6 +280,19 @@ impl Builder {
     pub(super) fn push_undefined(&mut self, error: impl FnOnce() -> Error) {
         self.trajectory.undefined.push(self.trajectory.num_rows());
         self.undefined.get_or_insert_with(error);
+    }
+
+    /// Takes the times that `padded` gives all rows, where those that were read go back and these do not: seconds and a count of
+    /// micro- or nanoseconds with a point between, whose leading zeros were not written.
+    pub(super) fn mend_fractions(&mut self, padded: impl FnOnce() -> Option<Vec<f64>>) {
+        let Some(stamps) = self.trajectory.stamps.as_ref().filter(|stamps| !stamps.is_sorted()) else { return };
+        let Some(padded) = padded() else { return };
+        let of_poses: Vec<f64> =
+            (0..).zip(padded).filter_map(|(row, time)| self.trajectory.index_of_row(row).map(|_| time)).collect();
+        if of_poses.len() == stamps.len() && of_poses.is_sorted() {
+            self.num_padded = stamps.iter().zip(&of_poses).filter(|(read, padded)| read != padded).count();
+            self.trajectory.stamps = Some(of_poses);
+        }
     }
 
     /// Whether there is one row, and it holds no pose.
@@ -323,11 +321,21 @@ impl Builder {
         if self.is_undefined(numbers, &[], &POSITION_OF_MATRIX, fault)? {
             return Ok(());
         }
-        let [a, b, c, x, d, e, f, y, g, h, i, z, last @ ..] = numbers else {
+        // Programs that multiply rows by matrices, and those that keep matrices column by column, have the translation in the last row.
+        let is_transposed =
+            matches!(numbers, [_, _, _, 0.0, _, _, _, 0.0, _, _, _, 0.0, x, y, z, 1.0] if [*x, *y, *z] != [0.0; 3]);
+        if is_transposed {
+            let first = self.transposed.take();
+            self.transposed =
+                Some(first.map_or_else(|| (last_row(&numbers[12..], fault), 1), |(first, count)| (first, count + 1)));
+        }
+        let row_by_row: Vec<f64> =
+            (0..numbers.len()).map(|at| numbers[if is_transposed { at % 4 * 4 + at / 4 } else { at }]).collect();
+        let [a, b, c, x, d, e, f, y, g, h, i, z, last @ ..] = &row_by_row[..] else {
             return Err(fault(format!("A matrix of {} numbers is not a pose", numbers.len()), "Give 12 or 16"));
         };
         if !(last.is_empty() || last == [0.0, 0.0, 0.0, 1.0]) {
-            return Err(fault(format!("The last row of the matrix is {last:?}"), "The last row of a pose is 0 0 0 1"));
+            return Err(last_row(last, fault));
         }
         let R = Matrix3::new(*a, *b, *c, *d, *e, *f, *g, *h, *i);
         let deviation = rotation_defect(&R);
@@ -356,10 +364,11 @@ impl Builder {
         (self, note)
     }
 
-    /// The trajectory, unless a quaternion's length is off or a row holds no pose.
+    /// The trajectory, unless a quaternion's length is off, a matrix is written column by column or a row holds no pose.
     pub(super) fn into_strict(self) -> Result<Trajectory> {
         let (builder, _) = self.with_times();
-        match builder.undefined.or(builder.off_length.map(|(error, _)| error)) {
+        let of_first = |found: Option<(Error, usize)>| found.map(|(error, _)| error);
+        match builder.undefined.or(of_first(builder.off_length)).or(of_first(builder.transposed)) {
             Some(error) => Err(error),
             None if builder.trajectory.is_empty() => Err(nothing()),
             None => Ok(builder.trajectory),
@@ -369,6 +378,16 @@ impl Builder {
     /// The trajectory, with notes where quaternions were normalised and rows left out; an error where no row holds a pose.
     pub(super) fn into_lenient(self) -> Result<(Trajectory, Vec<String>)> {
         let (builder, unit) = self.with_times();
+        let padded = (builder.num_padded > 0).then(|| {
+            let count = builder.num_padded;
+            format!(
+                "Its times go back as they are written. {count} of them lack the leading zeros of their fractions (1.75 for 1.000075, \
+                 as where seconds and microseconds are written with a point between), and were read with them: then none goes back."
+            )
+        });
+        let transposed = builder.transposed.map(|(_, count)| {
+            format!("{count} matrices have their translation in the last row: they were read column by column.")
+        });
         let note = builder.off_length.map(|(error, count)| {
             let them = if count == 1 { "It was" } else { &format!("{count} quaternions were") };
             format!("{error} {them} made of length 1.")
@@ -377,6 +396,6 @@ impl Builder {
             Some(error) if builder.trajectory.is_empty() => return Err(error),
             _ => left_out(&builder.trajectory),
         };
-        Ok((builder.trajectory, [unit, note, left_out].into_iter().flatten().collect()))
+        Ok((builder.trajectory, [unit, padded, transposed, note, left_out].into_iter().flatten().collect()))
     }
 }

@@ -9,7 +9,7 @@
 //! | matrices | four lines of four numbers, with or without a line of counts before (Redwood's `.log`) |
 //! | NumPy | a row of an array (N, 7) `x y z qw qx qy qz`, (N, 8) as TUM, (N, 2) or (N, 3) of positions, (N, 12), (N, 16), (N, 3, 4) or (N, 4, 4) of matrices; (4, 4) is one pose |
 //! | positions | a line `x y` or `x y z` (m), without orientation |
-//! | planar poses | a line `number x y theta` (m, rad) |
+//! | planar poses | a line `number x y theta` or `time x y theta` (s, m, rad) |
 //!
 //! Times are seconds, unless they are said to be nanoseconds or their intervals show nanoseconds or microseconds.
 //!
@@ -33,6 +33,7 @@ pub(crate) mod matrices;
 mod messages;
 pub(crate) mod npy;
 mod rows;
+mod times;
 pub(crate) mod tum;
 
 use columns::{Builder, Layout, Table, left_out, not_finite};
@@ -364,6 +365,9 @@ fn parse(bytes: &[u8], format: Option<TrajectoryFormat>) -> Result<(Builder, Tra
                 table.numbers_of(&row, &mut numbers)?;
                 builder.push_table(&table, &numbers, &|problem, remedy| row.fault(problem, remedy))?;
             }
+            if let Some(column) = table.seconds() {
+                builder.mend_fractions(|| times::with_padded_fractions(bytes, column));
+            }
             builder
         }
         Layout::MatrixRow { num_columns } => {
@@ -402,6 +406,9 @@ fn detect(first: &Row, names: Option<&[String]>, bytes: &[u8]) -> Result<(Layout
         2 | 3 => TrajectoryFormat::Positions,
         4 if matrices::has_last_rows(bytes) => TrajectoryFormat::Matrices,
         4 if first.begins_with_count() => TrajectoryFormat::Planar,
+        4 if rows::has_ascending_times(bytes) => {
+            return Ok((Layout::Table(columns::timed_planar()), TrajectoryFormat::Planar));
+        }
         7 => TrajectoryFormat::PoseTable,
         8.. if euroc::is_euroc(first) => TrajectoryFormat::Euroc,
         8 => TrajectoryFormat::Tum,

@@ -38,6 +38,12 @@ fn names(text: &[u8]) -> Vec<String> {
     split.into_iter().map(name).collect()
 }
 
+/// Whether the first column ascends from line to line, over more lines than two matrices have: theirs comes back to 0.
+pub(super) fn has_ascending_times(bytes: &[u8]) -> bool {
+    let first: Option<Vec<f64>> = rows(bytes).map(|row| row.columns().next().and_then(number)).collect();
+    first.is_some_and(|times| times.len() > 8 && times.windows(2).all(|pair| pair[0] < pair[1]))
+}
+
 /// All lines, those that hold nothing among them.
 fn all_rows(bytes: &[u8]) -> impl Iterator<Item = Row<'_>> {
     lines(without_byte_order_mark(bytes)).map(|(line, text)| Row { line, text })

@@ -1,5 +1,7 @@
 //! What pairs of scans say of the odometry: how much of what they saw agrees by it, and by another reading of it.
 
+use std::f64::consts::FRAC_PI_2;
+
 use nalgebra::Vector2;
 
 use super::super::planar::pairs::spread_pairs;
@@ -156,6 +158,27 @@ impl Evidence {
         })
     }
 
+    /// The quarter turn of the robot's axes by which these poses are what the scans saw, and that in words, to follow "it"; `None` where
+    /// none is, or where they are it as they stand. A laser that looks backwards, or headings that count from another axis, are such.
+    pub(super) fn turn(&self, scans: &[RecordedScan], poses: &[Option<Pose2>]) -> Option<(f64, String)> {
+        if self.pairs.len() < MIN_SAMPLE {
+            return None;
+        }
+        let turned = |turn: f64| self.agreement(scans, |scan| Some(poses[scan]? * turn_of(turn)));
+        let quarters = [1.0, 2.0, -1.0].map(|quarter| quarter * FRAC_PI_2);
+        let best = quarters.map(|turn| (turned(turn), turn)).into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+        let as_given = turned(0.0);
+        let (agreement, turn) = best.filter(|(agreement, _)| *agreement >= self.least(as_given))?;
+        let [then, percent] = [agreement, as_given].map(|share| (100.0 * share).round());
+        let degrees = turn.to_degrees().round();
+        Some((
+            turn,
+            format!(
+                "{then} % of what the scans saw agrees with its motion turned by {degrees} degrees, and {percent} % as it is"
+            ),
+        ))
+    }
+
     fn other_units(&self, scans: &[RecordedScan], given: &Trajectory) -> Vec<Reading> {
         let reading = |in_degrees: bool, (scale, positions): (f64, &str)| {
             let (poses, _) = match_odometry(scans, &in_other_units(given, in_degrees, scale)?);
@@ -187,6 +210,11 @@ impl Evidence {
             remedy: format!("Add {offset} s to its times"),
         })
     }
+}
+
+/// The robot turned in place (rad).
+pub(super) fn turn_of(angle: f64) -> Pose2 {
+    Pose2::new(Vector2::zeros(), angle)
 }
 
 /// Another reading of the odometry.

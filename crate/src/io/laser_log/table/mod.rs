@@ -21,6 +21,7 @@ mod numbers;
 mod odometry;
 mod other_columns;
 mod preview;
+mod quoted_commas;
 mod rows;
 mod sweeps;
 
@@ -191,6 +192,9 @@ pub(super) fn read_guessed(text: &[u8]) -> Result<LaserLog> {
     log.notes.push(format!(
         "A table of ranges, read as --table {format}. Give another format if that is not what its columns are."
     ));
+    log.notes.extend(table.between.as_ref().map(|name| {
+        format!("The columns between those of the ranges, {name} and so on, are neither used nor counted.")
+    }));
     log.notes.extend(note);
     let is_told = table.format.is_some() && !table.has_unknown_direction;
     log.notes.extend(note_on_direction(&table, &format).filter(|_| !is_told));

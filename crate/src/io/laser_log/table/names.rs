@@ -103,6 +103,27 @@ pub(super) fn series(names: &[String]) -> Option<Series> {
     Some(Series { first: longest.start, end: longest.end, bearings })
 }
 
+/// The columns that stand between those of ranges, as their intensities: `range_0, intensity_0, range_1, ...`.
+pub(super) fn between_ranges(names: &[String]) -> Vec<usize> {
+    let mut groups: Vec<((&str, &str), Vec<usize>)> = Vec::new();
+    for (column, name) in names.iter().enumerate() {
+        let Some(Numbered { before, after, .. }) = Numbered::of(name) else { continue };
+        match groups.iter_mut().find(|(stem, _)| *stem == (before, after)) {
+            Some((_, columns)) => columns.push(column),
+            None => groups.push(((before, after), vec![column])),
+        }
+    }
+    let is_spread = |columns: &[usize]| {
+        let stride = columns.get(1).map_or(0, |second| second - columns[0]);
+        stride > 1 && columns.len() >= MIN_SCAN_NUMBERS && columns.windows(2).all(|pair| pair[1] - pair[0] == stride)
+    };
+    groups.retain(|(_, columns)| is_spread(columns));
+    let says_range = |stem: &str| RANGES.iter().any(|word| stem.contains(word));
+    let ranges = groups.iter().position(|((before, _), _)| says_range(before)).unwrap_or(0);
+    let others = groups.iter().enumerate().filter(|(group, _)| *group != ranges);
+    others.flat_map(|(_, (_, columns))| columns.iter().copied()).collect()
+}
+
 /// A name around its number.
 struct Numbered<'a> {
     before: &'a str,

@@ -5,7 +5,8 @@ use std::borrow::Cow;
 
 use super::super::fields::is_comment;
 use super::clock::clock;
-use super::names::{MIN_SCAN_NUMBERS, are_scans, is_pose, series};
+use super::names::{MIN_SCAN_NUMBERS, are_scans, between_ranges, is_pose, series};
+use super::quoted_commas::QuotedCommas;
 use crate::io::laser_log::units::MAX_RADIANS;
 use crate::io::length_unit::UNITS;
 use crate::io::text::{lines, number};
@@ -44,6 +45,8 @@ pub(super) struct Table {
     pub unit: Option<f64>,
     /// Whether a comment says that it is not known which way the laser turns.
     pub has_unknown_direction: bool,
+    /// The first name of columns between those of the ranges, which are left out of the rows and not counted.
+    pub between: Option<String>,
     /// Lines below the first row that are none.
     pub strays: Vec<usize>,
 }
@@ -51,6 +54,8 @@ pub(super) struct Table {
 impl Table {
     /// The first rows of a text, at most so many.
     pub fn read(text: &[u8], most: usize) -> Self {
+        let quoted = QuotedCommas::of(lines(text).map(|(_, line)| line).take(LOOKED_INTO));
+        let text = &quoted.rewritten(text);
         let separators = Separators::of(text);
         let mut table = Self::default();
         let (mut first_words, mut commented) = (Vec::new(), Vec::new());
@@ -82,10 +87,29 @@ impl Table {
         }
         table.take_counted_names(first_words);
         table.close_rows();
+        table.leave_out_between_ranges();
         if are_scans(&table.names) && table.rows.len() >= MIN_SCAN_NUMBERS {
             table.turn();
         }
         table
+    }
+
+    fn leave_out_between_ranges(&mut self) {
+        let mut is_left_out = vec![false; self.names.len()];
+        for column in between_ranges(&self.names) {
+            is_left_out[column] = true;
+        }
+        let Some(first) = is_left_out.iter().position(|&out| out) else { return };
+        self.between = Some(self.names[first].clone());
+        let is_kept = |column: usize| !is_left_out.get(column).is_some_and(|&out| out);
+        let place = |column: usize| (0..column).filter(|&before| is_kept(before)).count();
+        for row in &mut self.rows {
+            row.words = row.words.iter().filter(|&&column| is_kept(column)).map(|&column| place(column)).collect();
+            let mut column = 0..;
+            row.values.retain(|_| column.next().is_some_and(is_kept));
+        }
+        let mut column = 0..;
+        self.names.retain(|_| column.next().is_some_and(is_kept));
     }
 
     /// Makes a row of each column behind the first one, whose numbers name the new columns: a scan a line, under its bearings.
@@ -181,6 +205,8 @@ impl Separators {
             .flat_map(|line| line.split(is_gap))
             .filter(|word| word.contains(&b',') && clock(word).is_none());
         let is_decimal = |word: &[u8]| {
+            let word = word.trim_ascii();
+            let word = word.strip_prefix(b"\"").and_then(|word| word.strip_suffix(b"\"")).unwrap_or(word);
             let mut parts = word.split(|&byte| byte == b',');
             let is_digits = |part: &[u8]| part.iter().all(|byte| byte.is_ascii_digit() || b"+-eE".contains(byte));
             let (Some(whole), Some(fraction), None) = (parts.next(), parts.next(), parts.next()) else { return false };
@@ -302,9 +328,10 @@ fn name_of(word: &[u8]) -> String {
     text.trim_matches(|c: char| c.is_whitespace() || "\"'#%:".contains(c)).to_owned()
 }
 
-/// Whether a point stands between digits or before one.
+/// Whether a line has a number with a decimal point, which `03.05.2024` is not.
 fn has_point(line: &[u8]) -> bool {
-    line.windows(2).any(|pair| pair[0] == b'.' && pair[1].is_ascii_digit())
+    let mut runs = line.split(|byte| !byte.is_ascii_digit() && *byte != b'.');
+    runs.any(|run| run.split(|&byte| byte == b'.').count() == 2 && run.last() != Some(&b'.'))
 }
 
 fn with_point(word: &[u8]) -> Cow<'_, [u8]> {

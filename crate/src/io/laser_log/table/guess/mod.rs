@@ -106,13 +106,33 @@ pub(super) fn are_labels(rows: &[Row]) -> bool {
     rows.len() >= MIN_GROWING_LINES && rows.iter().all(&mut is_of_labels) && different.len() > 1
 }
 
+/// How names of an angle out of the plane of the bearings begin.
+const ELEVATIONS: [&str; 3] = ["elevation", "vertical", "inclination"];
+
+/// The name of a column of elevations, where they differ.
+fn elevation(table: &Table) -> Option<&str> {
+    let is_called = |name: &String| ELEVATIONS.iter().any(|word| name.starts_with(word));
+    let column = table.names.iter().position(is_called)?;
+    let value = |row: &Row| row.values.get(column).copied();
+    let differ = table.rows.windows(2).any(|pair| value(&pair[0]) != value(&pair[1]));
+    differ.then(|| table.names[column].as_str())
+}
+
 pub(super) fn guess(table: &Table) -> Result<Guess> {
     let rows = &table.rows[..];
     let Some(first) = rows.first() else { return Err(Error::whole("The file holds no table", "Give a laser log")) };
     if are_labels(rows) {
         return Err(Error::whole("The numbers of this table are labels: few different whole numbers", SAY_COLUMNS));
     }
-    match named_reading(&table.names) {
+    let named = named_reading(&table.names);
+    if let Some(name) = named.as_ref().and_then(|_| elevation(table)) {
+        let problem =
+            format!("These are points in space, with \"{name}\" beside their bearings, and no scans of one plane");
+        let remedy = "Write x, y and z under these names in place of azimuth a, elevation e and range r: r cos(e) cos(a), \
+                      r cos(e) sin(a), r sin(e); a file a cloud";
+        return Err(Error::whole(problem, remedy));
+    }
+    match named {
         Some(NamedReading::Angle(angle, range)) if angle.max(range) < table.width() => {
             return Ok(guess_readings(table, most_changing(table, angle, range), range));
         }
