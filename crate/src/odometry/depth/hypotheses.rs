@@ -63,20 +63,24 @@ pub(super) fn motion_penalty(T_world_last: &Pose3, T_world_camera: &Pose3) -> f6
 }
 
 /// The poses with the highest scores, at most `max_count`, each distinct from those before it.
-pub(super) fn best_distinct(mut scored: Vec<(f64, Pose3)>, max_count: usize) -> Vec<Pose3> {
+pub(super) fn best_distinct(scored: Vec<(f64, Pose3)>, max_count: usize) -> Vec<Pose3> {
+    best_apart(scored, max_count, |pose, other| {
+        let between = other.inverse() * pose;
+        between.translation.vector.norm() > CONVERGING_DISTANCE || between.rotation.angle() > SAME_HYPOTHESIS_ROTATION
+    })
+}
+
+/// The same where this says which two are distinct.
+pub(super) fn best_apart(
+    mut scored: Vec<(f64, Pose3)>,
+    max_count: usize,
+    is_apart: impl Fn(&Pose3, &Pose3) -> bool,
+) -> Vec<Pose3> {
     scored.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut best: Vec<Pose3> = Vec::with_capacity(max_count);
     for (_, pose) in scored {
-        let is_distinct = best.iter().all(|other| {
-            let between = other.inverse() * pose;
-            between.translation.vector.norm() > CONVERGING_DISTANCE
-                || between.rotation.angle() > SAME_HYPOTHESIS_ROTATION
-        });
-        if is_distinct {
+        if best.len() < max_count && best.iter().all(|other| is_apart(&pose, other)) {
             best.push(pose);
-            if best.len() == max_count {
-                break;
-            }
         }
     }
     best

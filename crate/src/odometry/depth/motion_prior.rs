@@ -8,6 +8,7 @@ use std::collections::VecDeque;
 
 use nalgebra::{Vector3, Vector6};
 
+use super::evidence::FINE_TOLERANCE as BANDWIDTH;
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::METRES_PER_RADIAN;
 
@@ -17,8 +18,6 @@ const MAX_MOTIONS: usize = 64;
 pub(super) const MIN_STEPS: usize = 5;
 /// Largest ratio of a motion to the largest one before it.
 const FASTER: f64 = 2.0;
-/// Bandwidth of the kernel: the difference of two similar motions (m, radians counted as metres).
-const BANDWIDTH: f64 = 0.03;
 /// Smallest sum of kernel weights for which the motion prior is used.
 const MIN_KERNEL_WEIGHT: f64 = 0.5;
 

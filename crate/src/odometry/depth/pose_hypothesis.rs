@@ -19,7 +19,7 @@ const MIN_AGREEMENT: f64 = 1.0 - MIN_AGREEMENT_DIFFERENCE;
 const MIN_AGREEMENT_TRACKED_ON_MAP: f64 = 0.9;
 /// Overlap (0..=1, of what this camera's frames can have) above which a frame lies mostly on the map: without a prediction it
 /// has to.
-const MOSTLY_MAPPED_OVERLAP: f64 = 0.5;
+pub(super) const MOSTLY_MAPPED_OVERLAP: f64 = 0.5;
 /// The same above which a pose is accepted: inside the gate, ...
 const MIN_OVERLAP: f64 = 0.15;
 /// ... and outside the gate or after a gap. So much of an earlier map constrains the pose, too.

@@ -9,9 +9,6 @@ use super::propose::{NUM_REFINED, Proposals};
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::pose_distance;
 
-/// Agreement (0..=1) of a frame without noise above which other proposals are not registered.
-const CLEAR_AGREEMENT: f64 = 0.998;
-
 impl FrameMatcher<'_> {
     /// The registration near a guess, with degenerate directions resolved and refined by brightness.
     pub(super) fn register_at(&self, guess: Pose3) -> PoseHypothesis {
@@ -40,7 +37,7 @@ impl FrameMatcher<'_> {
         let mut poses = middle.iter().map(|(_, pose)| *pose).take(NUM_REFINED[1]);
         let mut best = self.register_at(poses.next().unwrap_or_else(Pose3::identity));
         for pose in poses {
-            if best.agreement > CLEAR_AGREEMENT || !is_compared(&best) {
+            if !is_compared(&best) {
                 break;
             }
             if pose_distance(&pose, best.T_world_sensor()) < SAME_POSE_DISTANCE {

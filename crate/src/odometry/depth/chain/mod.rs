@@ -14,7 +14,8 @@ use nalgebra::{Matrix3, Matrix6};
 
 use self::accept::Branch;
 pub(super) use self::apply_motion_prior::ERROR_RATIO;
-pub(super) use self::assess::{Decision, Proposal};
+use self::assess::Decision;
+pub(super) use self::assess::Proposal;
 pub use self::certainty::{UnresolvedFrame, UnresolvedFrames};
 use self::track::PosedFrame;
 use super::error_propagation::ErrorPropagation;
