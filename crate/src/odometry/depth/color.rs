@@ -9,7 +9,7 @@ use super::evidence::{FINE_TOLERANCE, MIN_AGREEMENT_DIFFERENCE, PoseEvidence};
 use super::frame_matcher::FrameMatcher;
 use super::hypotheses::{GRID_STEP, SAME_POSE_DISTANCE, translated};
 use super::pose_hypothesis::PoseHypothesis;
-use super::prediction_gate::GATE_TRANSLATION;
+use super::prediction_gate::MAX_STEP;
 use super::textured_frame::TexturedFrame;
 use crate::camera::brightness::NUM_LEVELS;
 use crate::geometry::{Pose3, RigidMotion};
@@ -24,8 +24,8 @@ pub(super) const MIN_NCC: f64 = 0.6;
 /// deviations in each of six directions.
 const MAX_SQ_MAHALANOBIS: f64 = 6.0 * 5.0 * 5.0;
 /// Positions compared along an undetermined direction, to either side, each apart from the next by what makes it another pose: as
-/// far as a frame may have moved, so that the period of a repetitive texture, such as tiles, is seen.
-const NUM_OFFSETS: i32 = (GATE_TRANSLATION / SAME_POSE_DISTANCE) as i32;
+/// far as half of the largest step, so that the period of a repetitive texture, such as tiles, is seen.
+const NUM_OFFSETS: i32 = (MAX_STEP / 2.0 / SAME_POSE_DISTANCE) as i32;
 /// Number of steps up to which registration leads from one position to the other.
 pub(super) const SAME_OFFSET_STEPS: i32 = (GRID_STEP / SAME_POSE_DISTANCE) as i32;
 /// The best position is distinct from another if its correlation is larger by this ...

@@ -9,12 +9,10 @@ use super::evidence::{MIN_AGREEMENT_DIFFERENCE, NUM_SCORED_POINTS, score};
 use super::frame_matcher::{FrameMatcher, middle_options, rough_options};
 use super::hypotheses::{GRID_STEP, best_apart, grid_around};
 use super::pose_hypothesis::PoseHypothesis;
-use super::prediction_gate::PredictionGate;
+use super::prediction_gate::{MAX_STEP, PredictionGate};
 use super::propose::NUM_REFINED;
 use crate::geometry::Pose3;
 
-/// Largest step of a camera (m). Surfaces that repeat at a shorter distance have a second basin within it.
-pub(super) const MAX_STEP: f64 = 3.0;
 /// Distance (m) from which a position is another one: the registration from a nearer one leads to the same.
 pub(super) const MIN_DISTANCE: f64 = 0.5;
 
