@@ -28,7 +28,7 @@ pub struct DepthOdometry {
     num_frames: u32,
     /// The frames that are in the map, and their map; `None` before the first frame with enough surfaces.
     chain: Option<Chain>,
-    /// Frames that fit each other but not the chain; fewer than in the chain, for as the majority they replace it.
+    /// The frames since the last one of the chain that fit each other; fewer than in the chain, for as the majority they replace it.
     rival_chain: Option<RivalChain>,
     /// The latest frames that are not in the map, or may be removed from it.
     unregistered_frames: UnregisteredFrames,

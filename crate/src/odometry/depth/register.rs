@@ -9,6 +9,10 @@ use super::propose::{NUM_REFINED, Proposals};
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::pose_distance;
 
+/// Agreement (0..=1) of a frame without noise above which other proposals are not registered. Without it a frame of a stereo camera before a
+/// bare wall is good and 0.11 m off.
+const CLEAR_AGREEMENT: f64 = 0.998;
+
 impl FrameMatcher<'_> {
     /// The registration near a guess, with degenerate directions resolved and refined by brightness.
     pub(super) fn register_at(&self, guess: Pose3) -> PoseHypothesis {
@@ -37,7 +41,7 @@ impl FrameMatcher<'_> {
         let mut poses = middle.iter().map(|(_, pose)| *pose).take(NUM_REFINED[1]);
         let mut best = self.register_at(poses.next().unwrap_or_else(Pose3::identity));
         for pose in poses {
-            if !is_compared(&best) {
+            if best.agreement > CLEAR_AGREEMENT || !is_compared(&best) {
                 break;
             }
             if pose_distance(&pose, best.T_world_sensor()) < SAME_POSE_DISTANCE {

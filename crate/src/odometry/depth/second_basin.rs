@@ -71,8 +71,7 @@ impl FrameMatcher<'_> {
         let (T_world_sensor, view) = (hypothesis.T_world_sensor(), &hypothesis.view);
         let points = self.sparse.at_most(NUM_SCORED_POINTS).point_batch();
         let around = Pose3::from_parts(area.center.into(), T_world_sensor.rotation);
-        let num_steps = (area.radius / GRID_STEP).ceil() as i32;
-        let positions = grid_around(&around, 0..=0, 0.0, num_steps, num_steps).filter(is_elsewhere);
+        let positions = grid_around(&around, 0..=0, 0.0, [area.radius; 2], GRID_STEP).filter(is_elsewhere);
         let scored = positions.map(|T| (score(view, &points, &T), T)).collect();
         let is_apart =
             |T: &Pose3, other: &Pose3| (other.translation.vector - T.translation.vector).norm() > MIN_DISTANCE;

@@ -8,9 +8,6 @@ use crate::geometry::Pose3;
 use crate::odometry::assessment::Status;
 use crate::registration::prepared_surfels::PreparedSurfels;
 
-/// Smallest number of frames in a rival chain that replaces a shorter chain.
-const MIN_MAJORITY: usize = 3;
-
 /// A chain beside the first one.
 #[derive(Clone)]
 pub(super) struct RivalChain {
@@ -70,7 +67,7 @@ impl DepthOdometry {
             }
             return None;
         }
-        if num_rivals < MIN_MAJORITY || num_rivals <= chain.members().len() {
+        if num_rivals <= chain.members().len() {
             return None;
         }
         self.promote_rival_chain(number);
@@ -92,10 +89,7 @@ impl DepthOdometry {
                 self.pose_updates.push(member.pose_update());
             }
         }
-        let first = replaced.members()[0].number;
-        self.rival_chain = Some(RivalChain { chain: replaced, first, T_world_rival: T_world_replaced });
         self.chain = Some(chain);
-        self.drop_small_rival_chain();
     }
 
     /// The frames of a replaced chain, and the doubtful ones that it rejected, are doubtful where it is roughly known how it lies to the
@@ -123,10 +117,5 @@ impl DepthOdometry {
         if let Some(motion) = T_world_replaced {
             self.unregistered_frames.apply_corrections(&|_| motion);
         }
-    }
-
-    /// Drops the rival chain unless it is established.
-    pub(super) fn drop_small_rival_chain(&mut self) {
-        self.rival_chain = self.rival_chain.take().filter(|rival| rival.chain.is_established());
     }
 }
