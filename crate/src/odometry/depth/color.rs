@@ -9,13 +9,13 @@ use super::evidence::{FINE_TOLERANCE, MIN_AGREEMENT_DIFFERENCE, PoseEvidence};
 use super::frame_matcher::FrameMatcher;
 use super::hypotheses::{GRID_STEP, SAME_POSE_DISTANCE, translated};
 use super::pose_hypothesis::PoseHypothesis;
-use super::prediction_gate::GATE_TRANSLATION;
+use super::prediction_gate::MAX_STEP;
 use super::textured_frame::TexturedFrame;
 use crate::camera::brightness::NUM_LEVELS;
 use crate::geometry::{Pose3, RigidMotion};
 use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::factors::{Factor, NormalEquations, PointToPlane};
-use crate::registration::photometric::{Gaussian, PhotometricResult, correlation, register_by_brightness};
+use crate::registration::photometric::{Gaussian, MIN_POINTS, PhotometricResult, correlation, register_by_brightness};
 use crate::registration::sandwich_variance::unit_variance;
 
 /// Photometric correlation (-1..=1) below which the light or the place differs.
@@ -24,8 +24,8 @@ pub(super) const MIN_NCC: f64 = 0.6;
 /// deviations in each of six directions.
 const MAX_SQ_MAHALANOBIS: f64 = 6.0 * 5.0 * 5.0;
 /// Positions compared along an undetermined direction, to either side, each apart from the next by what makes it another pose: as
-/// far as a frame may have moved, so that the period of a repetitive texture, such as tiles, is seen.
-const NUM_OFFSETS: i32 = (GATE_TRANSLATION / SAME_POSE_DISTANCE) as i32;
+/// far as half of the largest step, so that the period of a repetitive texture, such as tiles, is seen.
+const NUM_OFFSETS: i32 = (MAX_STEP / 2.0 / SAME_POSE_DISTANCE) as i32;
 /// Number of steps up to which registration leads from one position to the other.
 pub(super) const SAME_OFFSET_STEPS: i32 = (GRID_STEP / SAME_POSE_DISTANCE) as i32;
 /// The best position is distinct from another if its correlation is larger by this ...
@@ -34,14 +34,10 @@ const MIN_NCC_DIFFERENCE: f64 = 0.15;
 const UNEXPLAINED_RATIO: f64 = 3.0;
 /// Smallest unexplained part (1 - correlation) that is not chance.
 const MIN_UNEXPLAINED: f64 = 0.004;
-/// One of this many textured points must be visible in the keyframe images.
-const MIN_VISIBLE_RATIO: usize = 8;
 /// Side of a patch of surfaces with a common error (cells).
 const PATCH_SIDE: usize = 16;
 /// One of this many correspondences is used for the information of the surfaces.
 pub(super) const CORRESPONDENCE_STRIDE: usize = 3;
-/// Smallest standard deviation of the surfaces' residuals (m).
-const MIN_SIGMA: f64 = 2e-4;
 
 /// A position along a direction that brightness distinguishes from all others.
 #[derive(Clone, Copy)]
@@ -86,7 +82,7 @@ impl FrameMatcher<'_> {
     pub(super) fn photometric_ncc(&self, textured: &TexturedFrame, T_world_camera: &Pose3) -> Option<f64> {
         let references = textured.references(self.reference, T_world_camera);
         let (ncc, num_compared) = correlation(textured.points, &references, T_world_camera, NUM_LEVELS - 1);
-        (num_compared * MIN_VISIBLE_RATIO > textured.points.len()).then_some(ncc)
+        (num_compared >= MIN_POINTS).then_some(ncc)
     }
 
     /// The position along a direction that brightness distinguishes from all others, if there is one.
@@ -191,7 +187,8 @@ impl FrameMatcher<'_> {
             sum.H += equations.H;
             patches[row.min(rows - 1) * columns + column.min(columns - 1)] += equations.b;
         }
-        let variance = unit_variance(&self.solver.restricted(sum).H, &patches).max(MIN_SIGMA * MIN_SIGMA);
+        // The same image again leaves no residuals.
+        let variance = unit_variance(&self.solver.restricted(sum).H, &patches).max(f64::EPSILON);
         Gaussian { T_world_camera: *hypothesis.T_world_sensor(), information: sum.H / variance }
     }
 }

@@ -1,23 +1,29 @@
 //! Pose hypotheses: initial poses around a prediction, and the choice of the best distinct ones.
 
+use std::ops::RangeInclusive;
+
 use nalgebra::{Isometry3, Vector3};
 
+use super::evidence::MIN_AGREEMENT_DIFFERENCE;
 use crate::geometry::Pose3;
 
 /// Translation (m) up to which two hypotheses converge to the same pose; few repetitive structures have a period as short; ...
 pub(super) const CONVERGING_DISTANCE: f64 = 0.3;
 /// ... and rotation (rad).
 const SAME_HYPOTHESIS_ROTATION: f64 = 0.1;
-/// Support subtracted per metre and per radian of motion from the last pose.
-const PENALTY_PER_METRE: f64 = 0.01;
 /// Extent of the hypotheses around the last pose (m and rad, added up), ...
 const SEARCH_EXTENT: f64 = 1.3;
 /// ... and support subtracted per metre and radian beyond it.
 const PENALTY_PER_METRE_BEYOND_SEARCH: f64 = 0.2;
-/// Spacing of the grid of translations (m).
+/// Spacing of the grids of translations (m), ...
 pub(super) const GRID_STEP: f64 = 0.25;
-/// Translations of the search all around, forward, back and to either side (m).
+/// ... and of the grid of the search anywhere. On pairs of frames, three times as many poses and one and a half times as many points
+/// found no more, in four times the time.
+pub(super) const COARSE_GRID_STEP: f64 = 0.4;
+/// Translations of the search all around, forward, back and to either side (m), ...
 pub(super) const REACH_ALL_AROUND: f64 = 1.0;
+/// ... and of the search anywhere.
+pub(super) const REACH_ANYWHERE: f64 = 4.0;
 /// Distance up to which two poses are the same (m, two metres per radian).
 pub(super) const SAME_POSE_DISTANCE: f64 = 0.05;
 
@@ -25,25 +31,26 @@ pub(super) const SAME_POSE_DISTANCE: f64 = 0.05;
 /// by up to 0.75 m forward and back and 0.25 m to either side.
 pub(super) fn near_prediction(T_world_last: &Pose3, last_motion: &Pose3) -> Vec<Pose3> {
     let mut hypotheses = vec![*T_world_last, T_world_last * last_motion];
-    hypotheses.extend(grid_around(T_world_last, -6..=6, 5f64.to_radians(), 3, 1));
+    hypotheses.extend(grid_around(T_world_last, -6..=6, 5.0, [0.75, 0.25], GRID_STEP));
     hypotheses
 }
 
-/// A grid of poses around a pose: rotations about the camera's vertical by multiples of `rotation_step` (rad), translations
-/// by multiples of 0.25 m, up to `num_forward` of them forward and back and up to `num_sideways` to either side.
+/// A grid of poses around a pose: rotations about the camera's vertical by multiples of `rotation_step` (degrees), translations
+/// by multiples of `step` (m), this far forward and back, and to either side (m).
 pub(super) fn grid_around(
     T_world_camera: &Pose3,
-    rotations: std::ops::RangeInclusive<i32>,
+    rotations: RangeInclusive<i32>,
     rotation_step: f64,
-    num_forward: i32,
-    num_sideways: i32,
+    reach: [f64; 2],
+    step: f64,
 ) -> impl Iterator<Item = Pose3> {
     let T = *T_world_camera;
+    let [num_forward, num_sideways] = reach.map(|reach| (reach / step).ceil() as i32);
     rotations.flat_map(move |rotation| {
         (-num_forward..=num_forward).flat_map(move |forward| {
             (-num_sideways..=num_sideways).map(move |sideways| {
-                let translation = Vector3::new(f64::from(sideways) * GRID_STEP, 0.0, f64::from(forward) * GRID_STEP);
-                T * Isometry3::new(translation, Vector3::y() * (f64::from(rotation) * rotation_step))
+                let translation = Vector3::new(f64::from(sideways), 0.0, f64::from(forward)) * step;
+                T * Isometry3::new(translation, Vector3::y() * (f64::from(rotation) * rotation_step.to_radians()))
             })
         })
     })
@@ -55,28 +62,33 @@ pub(super) fn translated(T_world_camera: &Pose3, direction: &Vector3<f64>, dista
     Pose3::translation(offset.x, offset.y, offset.z) * T_world_camera
 }
 
-/// Support to subtract for the motion from the last pose: of two poses with equal evidence the nearer one is more likely.
+/// Support to subtract for the motion from the last pose: of two poses with equal evidence the nearer one is more likely. A metre or a
+/// radian counts as much as the least difference in agreement.
 pub(super) fn motion_penalty(T_world_last: &Pose3, T_world_camera: &Pose3) -> f64 {
     let motion = T_world_last.inverse() * T_world_camera;
     let extent = motion.translation.vector.norm() + motion.rotation.angle();
-    PENALTY_PER_METRE * extent + PENALTY_PER_METRE_BEYOND_SEARCH * (extent - SEARCH_EXTENT).max(0.0)
+    MIN_AGREEMENT_DIFFERENCE * extent + PENALTY_PER_METRE_BEYOND_SEARCH * (extent - SEARCH_EXTENT).max(0.0)
 }
 
 /// The poses with the highest scores, at most `max_count`, each distinct from those before it.
-pub(super) fn best_distinct(mut scored: Vec<(f64, Pose3)>, max_count: usize) -> Vec<Pose3> {
+pub(super) fn best_distinct(scored: Vec<(f64, Pose3)>, max_count: usize) -> Vec<Pose3> {
+    best_apart(scored, max_count, |pose, other| {
+        let between = other.inverse() * pose;
+        between.translation.vector.norm() > CONVERGING_DISTANCE || between.rotation.angle() > SAME_HYPOTHESIS_ROTATION
+    })
+}
+
+/// The same where this says which two are distinct.
+pub(super) fn best_apart(
+    mut scored: Vec<(f64, Pose3)>,
+    max_count: usize,
+    is_apart: impl Fn(&Pose3, &Pose3) -> bool,
+) -> Vec<Pose3> {
     scored.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut best: Vec<Pose3> = Vec::with_capacity(max_count);
     for (_, pose) in scored {
-        let is_distinct = best.iter().all(|other| {
-            let between = other.inverse() * pose;
-            between.translation.vector.norm() > CONVERGING_DISTANCE
-                || between.rotation.angle() > SAME_HYPOTHESIS_ROTATION
-        });
-        if is_distinct {
+        if best.len() < max_count && best.iter().all(|other| is_apart(&pose, other)) {
             best.push(pose);
-            if best.len() == max_count {
-                break;
-            }
         }
     }
     best

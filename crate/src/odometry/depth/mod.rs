@@ -15,7 +15,6 @@ mod error_propagation;
 mod estimate;
 mod evidence;
 mod frame_matcher;
-mod grid_search;
 mod hypotheses;
 mod motion_prior;
 mod moving_average;

@@ -2,23 +2,23 @@
 //!
 //! Robots take equal steps, hand-held cameras move much as they did a moment before. No motion model is built in: earlier
 //! motions of the recording that agree with the new one in all constrained directions predict it along the remaining one, and
-//! their spread gives the variance (kernel regression: Nadaraya, "On estimating regression", 1964).
+//! their spread gives the variance (kernel regression: Nadaraya, "On estimating regression", 1964). Two motions are similar if they differ
+//! by no more than two registrations of one pose.
 
 use std::collections::VecDeque;
 
 use nalgebra::{Vector3, Vector6};
 
+use super::evidence::FINE_TOLERANCE;
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::METRES_PER_RADIAN;
 
-/// The latest motions that are stored.
-const MAX_MOTIONS: usize = 64;
+/// Frames of which a chain keeps the motions (the latest) and the errors (where one was dropped, the next one stands for it).
+pub(super) const MAX_FRAMES: usize = 32;
 /// With fewer motions it is not known how far the camera moves from frame to frame.
-pub(super) const MIN_STEPS: usize = 5;
+const MIN_STEPS: usize = 5;
 /// Largest ratio of a motion to the largest one before it.
 const FASTER: f64 = 2.0;
-/// Bandwidth of the kernel: the difference of two similar motions (m, radians counted as metres).
-const BANDWIDTH: f64 = 0.03;
 /// Smallest sum of kernel weights for which the motion prior is used.
 const MIN_KERNEL_WEIGHT: f64 = 0.5;
 
@@ -39,7 +39,7 @@ pub(super) struct PredictedMotion {
 
 impl MotionPrior {
     pub(super) fn push(&mut self, motion: &Pose3) {
-        if self.motions.len() == MAX_MOTIONS {
+        if self.motions.len() == MAX_FRAMES {
             self.motions.pop_front();
         }
         self.motions.push_back(twist(motion));
@@ -69,7 +69,7 @@ impl MotionPrior {
         let weighted = |earlier: &Vector6<f64>| {
             let difference = earlier - motion;
             let sq_across = difference.norm_squared() - along(&difference).powi(2);
-            ((-0.5 * sq_across / (BANDWIDTH * BANDWIDTH)).exp(), along(earlier))
+            ((-0.5 * sq_across / (FINE_TOLERANCE * FINE_TOLERANCE)).exp(), along(earlier))
         };
         let weighted: Vec<(f64, f64)> = self.motions.iter().map(weighted).collect();
         let weight: f64 = weighted.iter().map(|(weight, _)| weight).sum();
@@ -78,7 +78,7 @@ impl MotionPrior {
         }
         let mean = weighted.iter().map(|(weight, along)| weight * along).sum::<f64>() / weight;
         let spread = weighted.iter().map(|(weight, along)| weight * (along - mean).powi(2)).sum::<f64>() / weight;
-        Some(PredictedMotion { along: mean, variance: spread + BANDWIDTH * BANDWIDTH / weight })
+        Some(PredictedMotion { along: mean, variance: spread + FINE_TOLERANCE * FINE_TOLERANCE / weight })
     }
 }
 

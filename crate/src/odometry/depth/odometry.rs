@@ -5,7 +5,7 @@ mod rival_chain;
 
 use self::relocalize::RelocalizationRounds;
 use self::rival_chain::RivalChain;
-use super::chain::{Chain, Decision, Member, Proposal, UnresolvedFrames};
+use super::chain::{Chain, Member, Proposal, UnresolvedFrames};
 use super::estimate::{PoseUpdate, SpatialEstimate};
 use super::unregistered_frames::UnregisteredFrames;
 use super::{ColorUse, DepthOptions};
@@ -28,7 +28,7 @@ pub struct DepthOdometry {
     num_frames: u32,
     /// The frames that are in the map, and their map; `None` before the first frame with enough surfaces.
     chain: Option<Chain>,
-    /// Frames that fit each other but not the chain; fewer than in the chain, for as the majority they replace it.
+    /// The frames since the last one of the chain that fit each other; fewer than in the chain, for as the majority they replace it.
     rival_chain: Option<RivalChain>,
     /// The latest frames that are not in the map, or may be removed from it.
     unregistered_frames: UnregisteredFrames,
@@ -80,12 +80,8 @@ impl DepthOdometry {
         };
 
         let mut dropped = Vec::new();
-        let mut estimate = match chain.assess(&matcher, proposal) {
-            Decision::Accept(hypothesis) => chain.accept(number, frame, hypothesis, &mut dropped),
-            Decision::KeepTentative(hypothesis, why) => chain.keep_tentative(number, frame, hypothesis, why),
-            Decision::Append(hypothesis, why) => chain.append(number, frame, hypothesis, Some(why)),
-            Decision::Reject(hypothesis, why) => chain.reject(number, frame, hypothesis, why),
-        };
+        let decision = chain.assess(&matcher, proposal);
+        let mut estimate = chain.conclude(number, frame, decision, &mut dropped);
 
         self.pose_updates.extend(dropped.iter().map(Member::pose_update));
         self.reassess(number, &mut estimate);

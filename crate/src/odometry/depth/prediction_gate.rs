@@ -1,20 +1,18 @@
 //! How well a pose agrees with the prediction from neighbouring frames. It decides how much evidence a pose needs.
 
 use crate::geometry::Pose3;
+use crate::geometry::pose_distance::pose_distance;
 
-/// Largest translation from one frame to the next inside the gate (m).
-pub(super) const GATE_TRANSLATION: f64 = 1.5;
-/// Largest rotation from one frame to the next inside the gate (rad).
-const GATE_ROTATION: f64 = 1.15;
-/// Largest translation outside the gate for which the prediction still counts (m), with any rotation.
-const MAX_STEP_TRANSLATION: f64 = 2.5;
+/// Largest step of a camera from one frame to the next (m). Surfaces that repeat at a shorter distance have a second basin within it.
+pub(super) const MAX_STEP: f64 = 3.0;
 /// Largest number of frames between two poses for which there is a prediction.
 const MAX_PREDICTED_GAP: u32 = 2;
 
 /// Where a pose lies relative to the prediction. No more is assumed of the motion: robots stop and turn on the spot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum PredictionGate {
-    /// Inside the gate around the frame directly before it.
+    /// Inside the gate around the frame directly before it: half of the largest step away, and as a view (two metres per radian) no farther
+    /// than the largest step.
     Inside,
     /// Inside the gate around a frame a few frames before or after it.
     InsideAfterGap,
@@ -27,14 +25,12 @@ pub(super) enum PredictionGate {
 impl PredictionGate {
     /// Of a pose relative to a registered frame's, with `num_between` frames in between.
     pub(super) fn between(T_world_registered: &Pose3, T_world_sensor: &Pose3, num_between: u32) -> Self {
-        let motion = T_world_registered.inverse() * T_world_sensor;
-        let (distance, angle) = (motion.translation.vector.norm(), motion.rotation.angle());
-        let is_outside = distance > GATE_TRANSLATION || angle > GATE_ROTATION;
+        let distance = (T_world_registered.translation.vector - T_world_sensor.translation.vector).norm();
+        let is_inside = 2.0 * distance <= MAX_STEP && pose_distance(T_world_registered, T_world_sensor) <= MAX_STEP;
         match num_between {
-            0..=MAX_PREDICTED_GAP if is_outside && distance < MAX_STEP_TRANSLATION => Self::Outside,
-            _ if is_outside => Self::NoPrediction,
-            0 => Self::Inside,
-            1..=MAX_PREDICTED_GAP => Self::InsideAfterGap,
+            0 if is_inside => Self::Inside,
+            ..=MAX_PREDICTED_GAP if is_inside => Self::InsideAfterGap,
+            ..=MAX_PREDICTED_GAP if distance < MAX_STEP => Self::Outside,
             _ => Self::NoPrediction,
         }
     }

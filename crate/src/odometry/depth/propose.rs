@@ -2,10 +2,11 @@
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::evidence::{NUM_SCORED_POINTS, score};
+use super::evidence::{NUM_SCORED_POINTS, score, score_within};
 use super::frame_matcher::{FrameMatcher, middle_options, rough_options};
-use super::grid_search::scored_poses;
-use super::hypotheses::{GRID_STEP, REACH_ALL_AROUND, best_distinct, grid_around, motion_penalty};
+use super::hypotheses::{
+    COARSE_GRID_STEP, GRID_STEP, REACH_ALL_AROUND, REACH_ANYWHERE, best_distinct, grid_around, motion_penalty,
+};
 use crate::geometry::Pose3;
 use crate::registration::icp::IcpOptions;
 use crate::registration::prepared_surfels::SurfelCloud;
@@ -44,12 +45,12 @@ impl FrameMatcher<'_> {
 
     /// From all rotations about the vertical and translations by up to [`REACH_ALL_AROUND`] around a pose.
     pub(super) fn propose_all_around(&self, T_world_last: &Pose3) -> Proposals {
-        let (mut proposals, num_steps) = (Proposals::default(), (REACH_ALL_AROUND / GRID_STEP) as i32);
+        let mut proposals = Proposals::default();
         for quadrant in 0..4 {
             let T_quadrant = Isometry3::rotation(Vector3::y() * f64::from(quadrant) * 90f64.to_radians());
             let T_world_view = T_world_last * T_quadrant;
             let view = self.view_from(&T_world_view);
-            let around = grid_around(&T_world_view, -6..=6, 7.5f64.to_radians(), num_steps, num_steps);
+            let around = grid_around(&T_world_view, -6..=6, 7.5, [REACH_ALL_AROUND; 2], GRID_STEP);
             let scored = self.scored(&view, around);
             proposals.extend(self.refine(&view, scored, NUM_REFINED, |pose| motion_penalty(T_world_last, pose)));
         }
@@ -60,15 +61,17 @@ impl FrameMatcher<'_> {
     /// preference for near ones: for a frame without a prediction.
     pub(super) fn propose_anywhere(&self, T_world_view: &Pose3) -> Proposals {
         let view = self.view_from(T_world_view);
-        let poses = scored_poses(&view, &self.sparse.at_most(NUM_SCORED_POINTS).point_batch(), T_world_view);
-        self.refine(&view, poses, NUM_REFINED_ANYWHERE, |_| 0.0)
+        let points = self.sparse.at_most(NUM_SCORED_POINTS).point_batch();
+        let poses = grid_around(T_world_view, -18..=17, 10.0, [REACH_ANYWHERE; 2], COARSE_GRID_STEP);
+        let scored = poses.map(|pose| (score_within(&view, &points, &pose, COARSE_GRID_STEP / 2.0), pose)).collect();
+        self.refine(&view, scored, NUM_REFINED_ANYWHERE, |_| 0.0)
     }
 
     /// From the poses near all keyframes, if there are any.
     pub(super) fn propose_near_keyframes(&self) -> Option<Proposals> {
         let (mut scored, sparse) = (Vec::new(), self.sparse.point_batch());
         for keyframe in self.reference.keyframes.all() {
-            for T_keyframe_camera in grid_around(&Pose3::identity(), -2..=2, 15f64.to_radians(), 1, 1) {
+            for T_keyframe_camera in grid_around(&Pose3::identity(), -2..=2, 15.0, [GRID_STEP; 2], GRID_STEP) {
                 let score = score(keyframe.view(), &sparse, &T_keyframe_camera);
                 scored.push((score, keyframe.T_world_camera * T_keyframe_camera));
             }

@@ -9,7 +9,8 @@ use super::propose::{NUM_REFINED, Proposals};
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::pose_distance;
 
-/// Agreement (0..=1) of a frame without noise above which other proposals are not registered.
+/// Agreement (0..=1) of a frame without noise above which other proposals are not registered. Without it a frame of a stereo camera before a
+/// bare wall is good and 0.11 m off.
 const CLEAR_AGREEMENT: f64 = 0.998;
 
 impl FrameMatcher<'_> {

@@ -3,15 +3,13 @@
 use super::evidence::{MIN_AGREEMENT_DIFFERENCE, ROUGH_TOLERANCE};
 use super::frame_matcher::FrameMatcher;
 use super::hypotheses::{REACH_ALL_AROUND, translated};
-use super::pose_hypothesis::PoseHypothesis;
+use super::pose_hypothesis::{MOSTLY_MAPPED_OVERLAP, PoseHypothesis};
 use crate::geometry::Pose3;
 use crate::registration::degeneracy::DegenerateDirection;
 
 /// Positions compared along an undetermined direction, to either side: as far as the search all around reaches, apart by the
 /// tolerance of initial poses.
 const NUM_OFFSETS: i32 = (REACH_ALL_AROUND / ROUGH_TOLERANCE) as i32;
-/// A position with less than this share of another one's overlap tells little by its agreement: less of the map is in view.
-const MIN_OVERLAP_RATIO: f64 = 0.6;
 
 impl FrameMatcher<'_> {
     /// Compares positions along the direction that the surfaces do not constrain. The registration does not see the borders of
@@ -26,7 +24,8 @@ impl FrameMatcher<'_> {
         let mut along = self.positions_along(&hypothesis, &weakest);
         if along.best_agreement > hypothesis.agreement + MIN_AGREEMENT_DIFFERENCE {
             let other = self.register_finely(along.best);
-            let tells_as_much = other.overlap > MIN_OVERLAP_RATIO * hypothesis.overlap;
+            // With much less of the map in view, its agreement tells little.
+            let tells_as_much = other.overlap > MOSTLY_MAPPED_OVERLAP * hypothesis.overlap;
             if tells_as_much && other.agreement > hypothesis.agreement + MIN_AGREEMENT_DIFFERENCE {
                 along = self.positions_along(&other, &weakest);
                 hypothesis = other;

@@ -7,17 +7,14 @@ use nalgebra::Vector3;
 use super::color::is_distinct;
 use super::evidence::{MIN_AGREEMENT_DIFFERENCE, NUM_SCORED_POINTS, score};
 use super::frame_matcher::{FrameMatcher, middle_options, rough_options};
-use super::hypotheses::{GRID_STEP, grid_around};
+use super::hypotheses::{GRID_STEP, best_apart, grid_around};
 use super::pose_hypothesis::PoseHypothesis;
-use super::prediction_gate::PredictionGate;
+use super::prediction_gate::{MAX_STEP, PredictionGate};
+use super::propose::NUM_REFINED;
 use crate::geometry::Pose3;
 
-/// Largest step of a camera (m). Surfaces that repeat at a shorter distance have a second basin within it.
-pub(super) const MAX_STEP: f64 = 3.0;
 /// Distance (m) from which a position is another one: the registration from a nearer one leads to the same.
 pub(super) const MIN_DISTANCE: f64 = 0.5;
-/// Number of best positions that are registered.
-const NUM_REGISTERED: usize = 6;
 
 /// Where a camera may be (m).
 pub(super) struct SearchArea {
@@ -74,18 +71,11 @@ impl FrameMatcher<'_> {
         let (T_world_sensor, view) = (hypothesis.T_world_sensor(), &hypothesis.view);
         let points = self.sparse.at_most(NUM_SCORED_POINTS).point_batch();
         let around = Pose3::from_parts(area.center.into(), T_world_sensor.rotation);
-        let num_steps = (area.radius / GRID_STEP).ceil() as i32;
-        let positions = grid_around(&around, 0..=0, 0.0, num_steps, num_steps).filter(is_elsewhere);
-        let mut scored: Vec<(f64, Pose3)> = positions.map(|T| (score(view, &points, &T), T)).collect();
-        scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut likely: Vec<Pose3> = Vec::with_capacity(NUM_REGISTERED);
-        for (_, T) in scored {
-            let is_apart = |other: &Pose3| (other.translation.vector - T.translation.vector).norm() > MIN_DISTANCE;
-            if likely.len() < NUM_REGISTERED && likely.iter().all(is_apart) {
-                likely.push(T);
-            }
-        }
-        likely
+        let positions = grid_around(&around, 0..=0, 0.0, [area.radius; 2], GRID_STEP).filter(is_elsewhere);
+        let scored = positions.map(|T| (score(view, &points, &T), T)).collect();
+        let is_apart =
+            |T: &Pose3, other: &Pose3| (other.translation.vector - T.translation.vector).norm() > MIN_DISTANCE;
+        best_apart(scored, NUM_REFINED[0], is_apart)
     }
 
     /// Whether brightness tells a pose from another one that surfaces do not tell from it.

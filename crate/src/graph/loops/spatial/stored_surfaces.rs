@@ -17,7 +17,6 @@ pub(super) enum StoredSurfaces {
 /// Surfaces in single precision, accurate to a micrometre.
 pub(super) struct PackedSurfaces {
     source: Vec<PackedSurfel>,
-    sparse: Vec<PackedSurfel>,
     camera: Pinhole,
     /// The surfels of the view, each with its cell.
     surfels: Arc<Vec<PackedSurfel>>,
@@ -48,19 +47,15 @@ impl StoredSurfaces {
 
     /// Memory of the packed surfaces (bytes).
     pub(super) fn num_packed_bytes(&self) -> usize {
-        let Self::Packed(PackedSurfaces { source, sparse, surfels, .. }) = self else { return 0 };
-        size_of::<PackedSurfel>() * (source.capacity() + sparse.capacity() + surfels.capacity())
+        let Self::Packed(PackedSurfaces { source, surfels, .. }) = self else { return 0 };
+        size_of::<PackedSurfel>() * (source.capacity() + surfels.capacity())
     }
 }
 
 impl PackedSurfaces {
-    fn new(FrameSurfaces { source, sparse, view, surfels }: &FrameSurfaces) -> Self {
-        let packed = |cloud: &SurfelCloud| {
-            let mut packed = Vec::with_capacity(cloud.points.len());
-            packed.extend(cloud.surfels().map(|surfel| PackedSurfel::new(&surfel, 0)));
-            packed
-        };
-        Self { source: packed(source), sparse: packed(sparse), camera: *view.camera(), surfels: surfels.clone() }
+    fn new(FrameSurfaces { source, view, surfels }: &FrameSurfaces) -> Self {
+        let source = source.surfels().map(|surfel| PackedSurfel::new(&surfel, 0)).collect();
+        Self { source, camera: *view.camera(), surfels: surfels.clone() }
     }
 
     fn view(&self) -> ProjectiveTarget {
@@ -68,13 +63,8 @@ impl PackedSurfaces {
     }
 
     fn unpacked(&self) -> FrameSurfaces {
-        let cloud = |packed: &[PackedSurfel]| SurfelCloud::of(packed.iter().map(PackedSurfel::surfel));
-        FrameSurfaces {
-            source: cloud(&self.source),
-            sparse: cloud(&self.sparse),
-            view: self.view(),
-            surfels: self.surfels.clone(),
-        }
+        let source = SurfelCloud::of(self.source.iter().map(PackedSurfel::surfel));
+        FrameSurfaces { source, view: self.view(), surfels: self.surfels.clone() }
     }
 }
 
@@ -119,11 +109,10 @@ pub(super) mod tests {
                 matches!((a, b), (FreeSpaceTest::Agreeing(a), FreeSpaceTest::Agreeing(b)) if (a.point - b.point).norm() < 1e-6)
             );
         }
-        for (before, after) in [(&whole.source, &unpacked.source), (&whole.sparse, &unpacked.sparse)] {
-            assert_eq!(before.points.len(), after.points.len());
-            assert!(before.points.iter().zip(&after.points).all(|(a, b)| (a - b).norm() < 1e-6));
-            assert!(before.normals.iter().zip(&after.normals).all(|(a, b)| (a - b).norm() < 1e-6));
-        }
+        let (before, after) = (&whole.source, &unpacked.source);
+        assert_eq!(before.points.len(), after.points.len());
+        assert!(before.points.iter().zip(&after.points).all(|(a, b)| (a - b).norm() < 1e-6));
+        assert!(before.normals.iter().zip(&after.normals).all(|(a, b)| (a - b).norm() < 1e-6));
     }
 
     #[test]

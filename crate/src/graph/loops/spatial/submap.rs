@@ -22,7 +22,6 @@ use crate::registration::spatial::SpatialRegistration;
 #[derive(Clone)]
 pub(super) struct FrameSurfaces {
     pub(super) source: SurfelCloud,
-    pub(super) sparse: SurfelCloud,
     /// In the camera's own frame, at half the resolution.
     pub(super) view: ProjectiveTarget,
     /// The surfels of the view, each with its cell.
@@ -50,12 +49,7 @@ pub(super) struct Submap<'a> {
 
 impl FrameSurfaces {
     pub(super) fn new(frame: &PreparedSurfels) -> Self {
-        Self {
-            source: frame.for_submap(),
-            sparse: frame.sparse(),
-            view: frame.coarse_view(),
-            surfels: frame.coarse.clone(),
-        }
+        Self { source: frame.for_submap(), view: frame.coarse_view(), surfels: frame.coarse.clone() }
     }
 }
 

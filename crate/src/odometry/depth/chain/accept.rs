@@ -10,7 +10,7 @@ use super::super::reference_map::ReferenceMap;
 use super::super::second_basin::SearchArea;
 use super::super::{DepthOptions, SpatialEstimate};
 use super::track::PosedFrame;
-use super::{Chain, Member};
+use super::{Chain, Decision, Member};
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::pose_distance;
 use crate::odometry::assessment::{Assessment, Status};
@@ -54,9 +54,25 @@ fn is_same(hypothesis: &PoseHypothesis, T_world_sensor: &Pose3) -> bool {
 }
 
 impl Chain {
+    /// Does with a frame what was decided, and tells its estimate. Members that turn out to be wrong are `dropped`.
+    pub(in super::super) fn conclude(
+        &mut self,
+        number: u32,
+        frame: &PreparedSurfels,
+        decision: Decision,
+        dropped: &mut Vec<Member>,
+    ) -> SpatialEstimate {
+        match decision {
+            Decision::Accept(hypothesis) => self.accept(number, frame, hypothesis, dropped),
+            Decision::KeepTentative(hypothesis, why) => self.keep_tentative(number, frame, hypothesis, why),
+            Decision::Append(hypothesis, why) => self.append(number, frame, hypothesis, Some(why)),
+            Decision::Reject(hypothesis, why) => self.reject(number, frame, hypothesis, why),
+        }
+    }
+
     /// Adds a frame with a certain pose. Its registration to the map from before a tentative branch resolves the branch: if that is
     /// wrong, its members are `dropped`.
-    pub(in super::super) fn accept(
+    fn accept(
         &mut self,
         number: u32,
         frame: &PreparedSurfels,
@@ -95,7 +111,7 @@ impl Chain {
     }
 
     /// Adds a frame with an uncertain pose, and begins a tentative branch unless the last frame is uncertain, too.
-    pub(in super::super) fn keep_tentative(
+    fn keep_tentative(
         &mut self,
         number: u32,
         frame: &PreparedSurfels,
@@ -111,7 +127,7 @@ impl Chain {
     }
 
     /// Adds the frame after the last one; with an assessment if its own registration is uncertain.
-    pub(in super::super) fn append(
+    fn append(
         &mut self,
         number: u32,
         frame: &PreparedSurfels,
@@ -153,7 +169,7 @@ impl Chain {
     }
 
     /// The estimate of a frame that is not added to the map. If it is doubtful, the next frame is searched near it, too.
-    pub(in super::super) fn reject(
+    fn reject(
         &mut self,
         number: u32,
         frame: &PreparedSurfels,

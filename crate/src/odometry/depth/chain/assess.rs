@@ -2,8 +2,8 @@
 
 use super::super::frame_matcher::FrameMatcher;
 use super::super::pose_hypothesis::PoseHypothesis;
-use super::super::prediction_gate::PredictionGate;
-use super::super::second_basin::{MAX_STEP, MIN_DISTANCE, SearchArea};
+use super::super::prediction_gate::{MAX_STEP, PredictionGate};
+use super::super::second_basin::{MIN_DISTANCE, SearchArea};
 use super::Chain;
 use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Status};

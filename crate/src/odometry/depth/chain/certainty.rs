@@ -6,15 +6,11 @@ use nalgebra::Matrix3;
 
 use super::super::hypotheses::{CONVERGING_DISTANCE, REACH_ALL_AROUND, SAME_POSE_DISTANCE};
 use super::super::pose_hypothesis::PoseHypothesis;
+use super::super::second_basin::MIN_DISTANCE;
 use super::{Chain, Member};
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::pose_distance;
 use crate::odometry::assessment::Status;
-
-/// Largest standard deviation (m) that uncertain frames may leave to those after them: half of what makes a pair of frames
-/// wrong, as for planar scans. In flats, positions that were right to 5 cm had up to 0.27 m; in a bare cube and before tiles,
-/// where they were wrong by 0.4 m and more, it was 0.4 to 2 m.
-const MAX_SIGMA: f64 = 0.25;
 
 /// The frames with uncertain positions that no later frame has resolved.
 #[derive(Debug, Clone, PartialEq)]
@@ -114,7 +110,9 @@ impl Chain {
     }
 }
 
-/// The consecutive members among which the covariances add up to little: the first ones, or those with the most good members, if
+/// The consecutive members among which the covariances add up to little, two standard deviations being less than the distance to another
+/// position (in flats, positions that were right to 5 cm had a standard deviation of up to 0.27 m; in a bare cube and before tiles, where
+/// they were wrong by 0.4 m and more, it was 0.4 to 2 m): the first ones, or those with the most good members, if
 /// these are most of all and it is known roughly how they lie to the first ones.
 fn largest_certain_range(members: &[Member]) -> Range<usize> {
     let is_good = |member: &Member| usize::from(member.registered.status == Status::Good);
@@ -123,7 +121,7 @@ fn largest_certain_range(members: &[Member]) -> Range<usize> {
     for (index, member) in members.iter().enumerate() {
         let Some(open) = member.open else { break };
         (sum, num_good) = (sum + open, num_good + is_good(member));
-        while largest_sigma(&sum) > MAX_SIGMA {
+        while 2.0 * largest_sigma(&sum) > MIN_DISTANCE {
             num_good -= is_good(&members[start]);
             start += 1;
             // The error of the first one is that of all of them.

@@ -14,12 +14,13 @@ use nalgebra::{Matrix3, Matrix6};
 
 use self::accept::Branch;
 pub(super) use self::apply_motion_prior::ERROR_RATIO;
-pub(super) use self::assess::{Decision, Proposal};
+use self::assess::Decision;
+pub(super) use self::assess::Proposal;
 pub use self::certainty::{UnresolvedFrame, UnresolvedFrames};
 use self::track::PosedFrame;
 use super::error_propagation::ErrorPropagation;
 use super::frame_matcher::FrameMatcher;
-use super::motion_prior::{MIN_STEPS, MotionPrior};
+use super::motion_prior::MotionPrior;
 use super::reference_map::ReferenceMap;
 use super::{ColorUse, DepthOptions, PoseUpdate, SpatialEstimate};
 use crate::geometry::Pose3;
@@ -119,11 +120,6 @@ impl Chain {
 
     pub(super) fn members(&self) -> &[Member] {
         &self.members
-    }
-
-    /// Whether it has enough steps to tell how the camera moves: it is kept beside a longer one.
-    pub(super) fn is_established(&self) -> bool {
-        self.members.len() > MIN_STEPS
     }
 
     pub(super) fn is_member(&self, number: u32) -> bool {

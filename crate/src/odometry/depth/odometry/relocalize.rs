@@ -27,7 +27,7 @@ impl DepthOdometry {
             // It may be dropped later.
             self.unregistered_frames.push(number, frame, estimate);
         }
-        self.drop_small_rival_chain();
+        self.rival_chain = None;
     }
 
     /// Tries to relocalize one of the unregistered frames after the last frame; whether there may be more to try.

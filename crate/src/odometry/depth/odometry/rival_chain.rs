@@ -1,15 +1,12 @@
 //! The rival chain: frames that fit each other but not the map. A recording may begin with a frame of another place.
 
-use super::super::chain::Chain;
+use super::super::chain::{Chain, Proposal};
 use super::super::estimate::{PoseUpdate, SpatialEstimate};
 use super::super::unregistered_frames::UnregisteredFrame;
 use super::{DepthOdometry, DepthOptions};
 use crate::geometry::Pose3;
 use crate::odometry::assessment::Status;
 use crate::registration::prepared_surfels::PreparedSurfels;
-
-/// Smallest number of frames in a rival chain that replaces a shorter chain.
-const MIN_MAJORITY: usize = 3;
 
 /// A chain beside the first one.
 #[derive(Clone)]
@@ -56,7 +53,10 @@ impl DepthOdometry {
             self.rival_chain = Some(RivalChain::beside(chain, self.options, number, frame, rejected));
             return None;
         };
-        let mut estimate = rival.extend_near_prediction(number, frame);
+        let matcher = rival.matcher(frame);
+        let near = rival.search_near_prediction(&matcher);
+        let decision = rival.assess(&matcher, Proposal::InMap(near));
+        let mut estimate = rival.conclude(number, frame, decision, &mut Vec::new());
         if let Some(member) = rival.reassess().into_iter().find(|member| member.number == number) {
             estimate.assessment = member.assessment;
         }
@@ -67,7 +67,7 @@ impl DepthOdometry {
             }
             return None;
         }
-        if num_rivals < MIN_MAJORITY || num_rivals <= chain.members().len() {
+        if num_rivals <= chain.members().len() {
             return None;
         }
         self.promote_rival_chain(number);
@@ -89,10 +89,7 @@ impl DepthOdometry {
                 self.pose_updates.push(member.pose_update());
             }
         }
-        let first = replaced.members()[0].number;
-        self.rival_chain = Some(RivalChain { chain: replaced, first, T_world_rival: T_world_replaced });
         self.chain = Some(chain);
-        self.drop_small_rival_chain();
     }
 
     /// The frames of a replaced chain, and the doubtful ones that it rejected, are doubtful where it is roughly known how it lies to the
@@ -120,28 +117,5 @@ impl DepthOdometry {
         if let Some(motion) = T_world_replaced {
             self.unregistered_frames.apply_corrections(&|_| motion);
         }
-    }
-
-    /// Drops the rival chain unless it is established.
-    pub(super) fn drop_small_rival_chain(&mut self) {
-        self.rival_chain = self.rival_chain.take().filter(|rival| rival.chain.is_established());
-    }
-}
-
-impl Chain {
-    /// Registers the frame after the last one if it lies near the prediction.
-    fn extend_near_prediction(&mut self, number: u32, frame: &PreparedSurfels) -> SpatialEstimate {
-        let matcher = self.matcher(frame);
-        let hypothesis = self.search_near_prediction(&matcher);
-        if !self.is_accepted(&hypothesis) {
-            let assessment = self.assessment_of(&hypothesis);
-            return self.reject(number, frame, hypothesis, assessment);
-        }
-        let hypothesis = self.with_second_basin(&matcher, hypothesis);
-        if hypothesis.second_basin.is_none() {
-            return self.accept(number, frame, hypothesis, &mut Vec::new());
-        }
-        let assessment = self.assessment_of(&hypothesis);
-        self.keep_tentative(number, frame, hypothesis, assessment)
     }
 }
