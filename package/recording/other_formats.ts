@@ -12,7 +12,7 @@ const ADVICE: readonly [RegExp, string][] = [
   [/\.xz$/i, 'packed by xz; unpack it (unxz FILE) and give what comes out'],
   [/\.db3-(wal|shm|journal)$/i, 'belongs to a bag that was not closed; give it together with its .db3'],
   [
-    /\.(obj|stl|off|gltf|glb|fbx|dae|usdz|3ds)$/i,
+    /\.(stl|off|gltf|glb|fbx|dae|usdz|3ds)$/i,
     'a mesh, which is not read; save its vertices as PLY (MeshLab or CloudCompare)',
   ],
   [/\.rawlog$/i, 'a rawlog of MRPT, which is not read; export its scans: rawlog-edit --export-2d-scans-txt -i FILE'],

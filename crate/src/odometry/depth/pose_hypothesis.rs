@@ -15,7 +15,7 @@ use crate::registration::spatial::SpatialRegistration;
 /// than half of the frame on the map, a pose inside the gate is accepted if it is not doubtful by [`LIMITS`], ...
 const MIN_AGREEMENT: f64 = 1.0 - MIN_AGREEMENT_DIFFERENCE;
 /// ... and above this if the frame before it alone gives the same pose as the map: what contradicts the map then is the error of
-/// its surfaces, not of the pose. With 0.85 a frame before a bare wall is good and 0.11 m off.
+/// its surfaces, not of the pose.
 const MIN_AGREEMENT_TRACKED_ON_MAP: f64 = 0.9;
 /// Overlap (0..=1, of what this camera's frames can have) above which a frame lies mostly on the map: without a prediction it
 /// has to.
