@@ -23,9 +23,9 @@ pub fn main() {
             };
             let values = image.values.iter().enumerate().map(value).collect();
             let votes = Votes::of(&DepthImage { values, ..image.clone() }, focal);
-            let Votes { depth, inverted, inverse, ray_length, axis, bent, straight } = votes;
+            let Votes { depth, inverted, inverse, ray_length, axis } = votes;
             format!(
-                "{depth}/{inverted}/{inverse} {bent}/{straight} {ray_length}/{axis} {}{:?}",
+                "{depth}/{inverted}/{inverse} {ray_length}/{axis} {}{:?}",
                 if votes.is_inverted() { "inverted " } else { "" },
                 votes.no_depth()
             )

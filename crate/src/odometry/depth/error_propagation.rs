@@ -14,13 +14,16 @@ use rustc_hash::FxHashMap;
 use super::chain::ERROR_RATIO;
 use super::color::CORRESPONDENCE_STRIDE;
 use super::evidence::FINE_TOLERANCE;
-use super::motion_prior::MAX_FRAMES;
 use super::pose_hypothesis::PoseHypothesis;
 use super::prediction_gate::MAX_STEP;
 use super::reference_map::ReferenceMap;
 use crate::geometry::Pose3;
 use crate::registration::factors::{Correspondence, Factor, PointToPlane};
 use crate::registration::target::Target;
+
+/// Frames whose errors are kept. Of more, every other one is dropped, and the next one kept stands for it: a frame costs a
+/// hundred thousand multiplications, however many there are.
+const MAX_FRAMES: usize = 32;
 
 /// The joint covariance of the errors of frames.
 #[derive(Clone)]
@@ -60,7 +63,6 @@ impl ErrorPropagation {
         joint.fixed_view_mut::<6, 6>(size, size).copy_from(&covariance);
         self.joint = joint;
         self.frames.push(number);
-        // A frame costs a hundred thousand multiplications then, however many there are.
         if self.frames.len() > MAX_FRAMES {
             self.thin_out();
         }

@@ -18,6 +18,11 @@ use crate::geometry::pose_distance::pose_distance;
 use crate::odometry::assessment::Status;
 use crate::registration::prepared_surfels::PreparedSurfels;
 
+/// Overlap (0..=1) of a frame with the one before it above which it may be tracked. Of a noisy camera's surfaces hardly more
+/// than half agree within the tolerance, even while the camera stands still. Without it, one of three frames of d435_robot through a rolling
+/// shutter are off by 83 mm in the mean (12 mm).
+const MIN_TRACKED_OVERLAP: f64 = 0.3;
+
 /// A frame with its pose, to which the next one may be registered.
 #[derive(Clone)]
 pub(super) struct PosedFrame {
@@ -89,7 +94,7 @@ impl Chain {
             // Where no other pose is within reach of the camera, it need not be excluded by more agreement.
             let is_constrained =
                 found.is_accepted(PredictionGate::Inside) || (stays_near && found.is_constrained_by_map());
-            is_near && is_constrained
+            is_near && found.overlap > MIN_TRACKED_OVERLAP && is_constrained
         };
         let found = predictions.iter().map(|T| matcher.register_at(*T)).filter(is_tracked);
         let found = found.max_by(|a, b| a.support.total_cmp(&b.support));
