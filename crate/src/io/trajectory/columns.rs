@@ -188,8 +188,8 @@ fn last_row(last: &[f64], fault: Fault) -> Error {
 pub(super) fn left_out(trajectory: &Trajectory) -> Option<String> {
     let first = trajectory.undefined.first()?;
     Some(format!(
-        "{} of its {} poses have nan or inf in place of numbers, or a quaternion of zeros (first pose {first}, counted from 0), as trackers write \
-         where they are lost; these are left out.",
+        "{} of its {} poses have nan or inf in place of numbers (first pose {first}, counted from 0) or a \
+         quaternion of zeros, as trackers write where they are lost; these are left out.",
         trajectory.undefined.len(),
         trajectory.num_rows()
     ))
