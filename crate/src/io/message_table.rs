@@ -110,12 +110,12 @@ pub(super) fn with_a_cell_for_each_element(bytes: &[u8]) -> Cow<'_, [u8]> {
 
 /// The elements of each cell of a row.
 fn split_lists(line: &[u8]) -> Vec<Vec<&[u8]>> {
-    let (mut depth, mut is_quoted) = (0, false);
+    let (mut depth, mut is_quoted) = (0_usize, false);
     let cells = line.split(|&byte| {
         match byte {
             b'"' => is_quoted = !is_quoted,
             b'[' | b'(' => depth += 1,
-            b']' | b')' => depth -= 1,
+            b']' | b')' => depth = depth.saturating_sub(1),
             _ => {}
         }
         byte == b',' && depth == 0 && !is_quoted
