@@ -87,6 +87,19 @@ impl DepthImage {
         num_largest > 0 && num_largest < self.values.iter().filter(|value| below.contains(value)).count()
     }
 
+    /// The value at which depth seems to be cut off: the largest one, which many pixels have and few have nearly. A flat wall that is
+    /// rendered square on looks like that, too.
+    pub(crate) fn cut_off(&self) -> Option<u16> {
+        let counts = self.histogram();
+        let largest = counts.len() - 1;
+        let near = counts[(CUT_OFF_FROM * largest as f64) as usize..largest].iter().max()?;
+        let num_measured = self.values.len() - counts[0];
+        let is_cut_off = counts[largest] > MIN_CUT_OFF_RATIO * near
+            && counts[largest] as f64 > OUTLIER_SHARE * num_measured as f64
+            && largest < usize::from(self.largest_value());
+        is_cut_off.then_some(largest as u16)
+    }
+
     /// The largest raw value.
     pub(crate) fn largest(&self) -> u16 {
         // Not by `Iterator::max`, which compares pixel by pixel.
@@ -126,6 +139,12 @@ impl DepthImage {
         DepthPicture { pixels, near: near as u16, far: far as u16, num_invalid }
     }
 }
+
+/// Where depth is cut off, no value from this share of the limit on ...
+const CUT_OFF_FROM: f64 = 0.9;
+/// ... has so many pixels, by this factor. (Of 660 images as cameras and renderers gave them one in 25 at most, of walls that are
+/// rendered square on.)
+const MIN_CUT_OFF_RATIO: usize = 10;
 
 /// Smallest ratio of the roughness of the values to that with swapped bytes for which their order is wrong. Measured on 227 images
 /// of six recordings (D435, Kinects, renderings with 1,000 and 6,553.5 values per metre) and of generated flats: the right

@@ -17,5 +17,5 @@ pub use color_image::ColorImage;
 pub use depth_image::{DepthImage, DepthPicture, DepthValues};
 pub use depth_scale::{DepthScale, DepthSensor, ScaleBasis};
 pub use pinhole::Pinhole;
-pub use raw_depth::{NoDepth, Votes, holds_kinect_raw};
+pub use raw_depth::{Curvatures, NoDepth, holds_kinect_raw};
 pub use surfel_image::{Surfel, SurfelImage};

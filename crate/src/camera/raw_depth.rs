@@ -1,101 +1,140 @@
 //! What the values of a depth image are: distances along the optical axis, or something that was made of them.
 //!
 //! A plane has 1 / z = a + b u + c v in the pixels (u, v). So z is curved along its gradient g, by 2 |g|^2 / z, and not across it. Values
-//! m - z, where near is bright, are curved the other way round; inverse depth is not curved at all; the length of the ray is curved across
-//! the gradient, too, by r / f^2. Each smooth piece of the image votes; a curved surface votes for anything.
+//! m - z, where near is bright, are curved the other way round; inverse depth is not curved at all; the length r of the ray (x, y, 1) f is
+//! curved across the gradient, too, by r (1 / n^2 - x_t^2 / n^4) / f^2, with n^2 = 1 + x^2 + y^2 and x_t the part of (x, y) across it. The
+//! curvatures of all smooth pieces of the image over those that each kind of values would have are one ratio: 1 if the values are of
+//! that kind. Curved surfaces are outliers of it.
+
+use serde::{Deserialize, Serialize};
 
 use super::depth_image::DepthImage;
 use crate::geometry::quantile::THREE_SIGMA;
+use crate::geometry::robust_ratio::RobustRatio;
 
-/// What else values may be, which is not made into depth here.
+/// What else values may be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoDepth {
+    /// Near is bright.
+    Inverted,
     /// Inverse depth: disparity.
     Inverse,
     /// The length of the ray from the camera.
     RayLength,
 }
 
-/// Pieces that voted for each kind of values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Votes {
-    /// Curved along the gradient as depth is.
-    pub depth: usize,
-    /// Curved the other way round.
-    pub inverted: usize,
-    /// Not curved.
-    pub inverse: usize,
-    /// Curved across the gradient.
-    pub ray_length: usize,
-    /// Not curved across the gradient.
-    pub axis: usize,
+impl NoDepth {
+    /// What the values are, and what to do.
+    pub(crate) fn in_words(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Inverted => ("inverted, near being bright", "Set depth_values=inverted"),
+            Self::Inverse => {
+                ("inverse depth, as disparities", "Save depth, focal length times baseline over disparity")
+            }
+            Self::RayLength => (
+                "the lengths of rays, not depth along the optical axis",
+                "Save depth, the length over sqrt(1 + ((u - cx) / fx)^2 + ((v - cy) / fy)^2) at the pixel (u, v)",
+            ),
+        }
+    }
 }
 
-/// Pieces in a row of the image: of 8 bits, whose steps hide what is curved little, and of more.
+/// Of each smooth piece of images: what it is curved by, what it would be if the values were of that kind, and the standard deviation of
+/// what it is curved by (values a square pixel).
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Curvatures {
+    /// Along the gradient, of depth.
+    depth: Vec<[f64; 3]>,
+    /// Along the gradient, of inverted depth.
+    inverted: Vec<[f64; 3]>,
+    /// Across the gradient, of the lengths of rays.
+    ray_length: Vec<[f64; 3]>,
+}
+
+/// Pieces in a row of the image: large ones tell more, small ones find room on small surfaces.
 const PIECES: [usize; 2] = [8, 16];
 /// A piece is smooth where its values deviate from a quadratic surface by less than this share of them, or than rounding does.
 const SMOOTH: (f64, f64) = (0.005, 0.4);
-/// So many pieces have to vote alike, ... (On 60 images of eight recordings at most three vote against depth, where six and more
-/// vote for it; images of 8 bits made inverted have 8 and more.)
-const MIN_VOTES: usize = 8;
-/// ... and all but one in so many alike.
-const MOST_OTHERS: usize = 4;
 
-impl Votes {
+impl Curvatures {
     /// Of an image whose camera has about this focal length (pixels).
     pub fn of(image: &DepthImage, focal_length: f64) -> Self {
-        let side = (image.width / PIECES[usize::from(image.bits > 8)]).max(6);
-        let mut votes = Self::default();
-        for top in (0..image.height.saturating_sub(side - 1)).step_by(side) {
-            for left in (0..image.width.saturating_sub(side - 1)).step_by(side) {
-                let [x, y] = [(left, image.width), (top, image.height)]
-                    .map(|(begin, whole)| (begin as f64 + (side as f64 - whole as f64) / 2.0) / focal_length);
-                // Towards the edge of the image the length of a ray is curved less.
-                let apparent = focal_length * (1.0 + x * x + y * y);
-                if let Some(piece) = Piece::of(image, left, top, side) {
-                    votes.take(&piece, f64::from(image.largest_value()), apparent);
+        let mut all = Self::default();
+        for side in PIECES.map(|pieces| (image.width / pieces).max(6)) {
+            for top in (0..image.height.saturating_sub(side - 1)).step_by(side) {
+                for left in (0..image.width.saturating_sub(side - 1)).step_by(side) {
+                    let Some(piece) = Piece::of(image, left, top, side) else { continue };
+                    let place = [(left, image.width), (top, image.height)]
+                        .map(|(begin, whole)| (begin as f64 + (side as f64 - whole as f64) / 2.0) / focal_length);
+                    let of_depth = 2.0 * piece.slope * piece.slope;
+                    let from_largest = (f64::from(image.largest_value()) - piece.value).max(1.0);
+                    let of_ray_length = piece.across_of_ray_length(place, focal_length);
+                    all.depth.push([piece.along, of_depth / piece.value, piece.error]);
+                    all.inverted.push([piece.along, -of_depth / from_largest, piece.error]);
+                    all.ray_length.push([piece.across, of_ray_length, piece.error]);
                 }
             }
         }
-        votes
+        all
     }
 
-    fn take(&mut self, piece: &Piece, largest: f64, focal_length: f64) {
-        let Piece { value, slope, along, across, error } = *piece;
-        let [depth, inverted] = [2.0 * slope * slope / value, -2.0 * slope * slope / (largest - value).max(1.0)];
-        if tells(depth.min(-inverted), error) {
-            match along {
-                along if along > depth / 2.0 => self.depth += 1,
-                along if along < inverted / 2.0 => self.inverted += 1,
-                _ => self.inverse += 1,
-            }
-        }
-        let of_ray = value / (focal_length * focal_length);
-        if tells(of_ray, error) {
-            *(if across > of_ray / 2.0 { &mut self.ray_length } else { &mut self.axis }) += 1;
-        }
+    /// Adds those of another image.
+    pub fn extend(&mut self, other: &Self) {
+        self.depth.extend(&other.depth);
+        self.inverted.extend(&other.inverted);
+        self.ray_length.extend(&other.ray_length);
     }
 
+    /// What they tell.
+    pub fn told(&self) -> ToldValues {
+        let [depth, inverted, ray_length] =
+            [&self.depth, &self.inverted, &self.ray_length].map(|curvatures| RobustRatio::of(curvatures));
+        ToldValues { depth, inverted, ray_length }
+    }
+}
+
+/// What curvatures tell of the values: how often those of each kind fit into what they are; `None` where too few pieces tell.
+///
+/// Of 724 depth images of eight recordings and nine rendered series none is taken for inverse or inverted. Made inverse or inverted,
+/// 57 and 67 % of them are told, and three of those of 8 bits as the wrong one; the others are not told from depth. Eight images
+/// together tell all of them, and lengths of rays: over their curvature it is 0.6 to 1.2 then, and -0.5 to 0.3 for depth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToldValues {
+    /// 0 for inverse depth.
+    depth: Option<RobustRatio>,
+    inverted: Option<RobustRatio>,
+    /// 0 for depth. By the square of what the focal length is wrong by if it is assumed.
+    ray_length: Option<RobustRatio>,
+}
+
+impl ToldValues {
     /// Whether the values are proportional to depth, or to the length of rays.
     pub fn is_depth(&self) -> bool {
-        is_decided(self.depth, self.inverted + self.inverse)
-    }
-
-    /// Whether near is bright.
-    pub fn is_inverted(&self) -> bool {
-        is_decided(self.inverted, self.depth + self.inverse)
+        self.depth.is_some_and(|ratio| ratio.is(1.0, THREE_SIGMA))
     }
 
     /// Whether more tells that near is bright than that it is dark, and too little to take it for sure.
     pub fn may_be_inverted(&self) -> bool {
-        !self.is_inverted() && self.inverted >= MIN_VOTES / 2 && self.inverted >= MOST_OTHERS * self.depth
+        self.is_inverted(1.0)
     }
 
     /// What the values are, where they are no depth.
     pub fn no_depth(&self) -> Option<NoDepth> {
-        let is_inverse = is_decided(self.inverse, self.depth + self.inverted);
-        let is_ray = is_decided(self.ray_length, self.axis);
-        is_inverse.then_some(NoDepth::Inverse).or(is_ray.then_some(NoDepth::RayLength))
+        let is_inverse = self.depth.is_some_and(|ratio| ratio.is(0.0, THREE_SIGMA));
+        let is_ray = self.ray_length.is_some_and(|ratio| ratio.is_over(0.5) && ratio.is_over(ratio.value / 2.0));
+        match () {
+            () if self.is_inverted(THREE_SIGMA) => Some(NoDepth::Inverted),
+            () if is_inverse => Some(NoDepth::Inverse),
+            () if is_ray => Some(NoDepth::RayLength),
+            () => None,
+        }
+    }
+
+    /// Whether the values are inverted rather than inverse depth, which is not curved where inverted depth is curved little.
+    fn is_inverted(&self, deviations: f64) -> bool {
+        let (Some(depth), Some(inverted)) = (self.depth, self.inverted) else { return false };
+        inverted.is(1.0, deviations)
+            && (!depth.is(0.0, deviations) || depth.deviations_from(0.0) > inverted.deviations_from(1.0))
     }
 }
 
@@ -111,22 +150,14 @@ pub fn holds_kinect_raw(image: &DepthImage) -> bool {
     is_of_11_bits && num_none as f64 >= MIN_KINECT_NONE * image.values.len() as f64
 }
 
-/// Whether a curvature with this error is told from another kind's that differs by so much: it counts for the nearer of the two.
-fn tells(difference: f64, error: f64) -> bool {
-    difference / 2.0 > THREE_SIGMA * error
-}
-
-fn is_decided(votes: usize, others: usize) -> bool {
-    votes >= MIN_VOTES && votes >= MOST_OTHERS * others
-}
-
 /// A smooth piece of an image.
 #[derive(Debug, Clone, Copy)]
 struct Piece {
     /// In its middle.
     value: f64,
-    /// Length of the gradient (values a pixel).
+    /// Length of the gradient (values a pixel), and the direction of that.
     slope: f64,
+    direction: [f64; 2],
     /// Second derivative along the gradient and across it (values a square pixel).
     along: f64,
     across: f64,
@@ -167,9 +198,18 @@ impl Piece {
         }
         let curvature = |x: f64, y: f64| 2.0 * (xx * x * x + xy * x * y + yy * y * y);
         let (x, y) = (gx / slope, gy / slope);
-        // Rounding to whole numbers has a deviation of its own.
-        let error = 2.0 * deviation.max(1.0 / 12f64.sqrt()) / norms[3].sqrt();
-        Some(Self { value, slope, along: curvature(x, y), across: curvature(-y, x), error })
+        // Rounding to whole numbers has a deviation of its own, which pixels of one step share.
+        let step = (1.0 / slope).max(1.0);
+        let error = 2.0 * deviation.max(1.0 / 12f64.sqrt()) * (step / norms[3]).sqrt();
+        let [along, across] = [curvature(x, y), curvature(-y, x)];
+        Some(Self { value, slope, direction: [x, y], along, across, error })
+    }
+
+    /// The curvature across the gradient of lengths of rays, at this place in the image (x / z, y / z).
+    fn across_of_ray_length(&self, [x, y]: [f64; 2], focal_length: f64) -> f64 {
+        let square = 1.0 + x * x + y * y;
+        let across = self.direction[0] * y - self.direction[1] * x;
+        self.value * (1.0 / square - (across / square).powi(2)) / (focal_length * focal_length)
     }
 }
 
@@ -192,15 +232,16 @@ pub(crate) mod tests {
 
     #[test]
     fn planes_tell_what_the_values_are() {
-        let told = |image: &DepthImage| {
-            let votes = Votes::of(image, 160.0);
-            (votes.is_inverted(), votes.no_depth())
-        };
-        assert_eq!(told(&corner(|z, _| 1000.0 * z, 16)), (false, None));
-        assert_eq!(told(&corner(|z, _| 25.5 * z, 8)), (false, None));
-        assert_eq!(told(&corner(|z, _| 255.0 - 25.5 * z, 8)), (true, None));
-        assert_eq!(told(&corner(|z, _| 65_535.0 - 6553.5 * z, 16)), (true, None));
-        assert_eq!(told(&corner(|z, _| 20_000.0 / z, 16)), (false, Some(NoDepth::Inverse)));
-        assert_eq!(told(&corner(|z, ray| 1000.0 * z * ray, 16)), (false, Some(NoDepth::RayLength)));
+        let told = |image: &DepthImage| Curvatures::of(image, 160.0).told().no_depth();
+        assert_eq!(told(&corner(|z, _| 1000.0 * z, 16)), None);
+        assert_eq!(told(&corner(|z, _| 25.5 * z, 8)), None);
+        assert_eq!(told(&corner(|z, _| 255.0 - 25.5 * z, 8)), Some(NoDepth::Inverted));
+        assert_eq!(told(&corner(|z, _| 65_535.0 - 6553.5 * z, 16)), Some(NoDepth::Inverted));
+        assert_eq!(told(&corner(|z, _| 20_000.0 / z, 16)), Some(NoDepth::Inverse));
+        assert_eq!(told(&corner(|z, ray| 1000.0 * z * ray, 16)), Some(NoDepth::RayLength));
+        // Far below the largest value, where inverted depth would be straight, too; noise as of a Kinect's disparities.
+        let noise = |z: f64| 0.5 * ((1e4 * z).sin() * 43_758.5).sin();
+        assert_eq!(told(&corner(|z, _| 3000.0 / z + noise(z), 16)), Some(NoDepth::Inverse));
+        assert_eq!(told(&corner(|z, _| 1000.0 * z + 2.0 * z * z * noise(z), 16)), None);
     }
 }

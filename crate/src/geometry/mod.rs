@@ -14,6 +14,7 @@ pub(crate) mod pose;
 pub(crate) mod pose_distance;
 pub(crate) mod quantile;
 pub mod random;
+pub(crate) mod robust_ratio;
 pub(crate) mod rotation;
 pub(crate) mod scalar;
 pub(crate) mod triangle_mesh;

@@ -7,7 +7,7 @@ use glam::Vec3;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{FrameLabel, FrameNote, MapPoints, PreparedFrame, Surfaces, num_bytes};
+use super::{FrameLabel, FrameNote, MapPoints, PreparedFrame, Surfaces, ValuesSeen, num_bytes};
 use crate::camera::brightness::NUM_LEVELS;
 use crate::camera::{Brightness, Pinhole, Surfel, SurfelImage};
 use crate::error::{Error, Result};
@@ -24,7 +24,7 @@ use crate::registration::projective::PackedSurfel;
 struct Header {
     label: FrameLabel,
     notes: Vec<FrameNote>,
-    fills_range: bool,
+    values: ValuesSeen,
     gyro: Vec<[f64; 4]>,
     surfaces: SurfacesHeader,
     map_points: MapPointsHeader,
@@ -81,7 +81,7 @@ impl PreparedFrame {
         };
         let (label, notes) = (self.label.clone(), self.notes.clone());
         let gyro = self.gyro.clone();
-        let header = Header { label, notes, fills_range: self.fills_range, gyro, surfaces, map_points };
+        let header = Header { label, notes, values: self.values.clone(), gyro, surfaces, map_points };
         let mut bytes = Vec::with_capacity(self.most_bytes());
         put(&mut bytes, &serde_json::to_vec(&header).unwrap_or_default());
         match &self.surfaces {
@@ -155,8 +155,8 @@ impl PreparedFrame {
             }
             MapPointsHeader::Cloud(header) => MapPoints::Cloud(take_cloud(&header, &mut rest)?),
         };
-        let Header { label, notes, fills_range, gyro, .. } = header;
-        Ok(Self { label, surfaces, map_points, gyro, notes, fills_range })
+        let Header { label, notes, values, gyro, .. } = header;
+        Ok(Self { label, surfaces, map_points, gyro, notes, values })
     }
 }
 

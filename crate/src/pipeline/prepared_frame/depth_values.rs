@@ -1,6 +1,8 @@
 //! What the values of a recording's depth images are: as set, or told from the first one.
 
-use crate::camera::{DepthImage, DepthValues, NoDepth, Votes, holds_kinect_raw};
+use serde::{Deserialize, Serialize};
+
+use crate::camera::{Curvatures, DepthImage, DepthValues, NoDepth, holds_kinect_raw};
 use crate::error::{Error, Result};
 use crate::pipeline::spatial_settings::{KINECT_FOCAL_LENGTH, SpatialSettings};
 
@@ -18,6 +20,37 @@ const MAY_BE_INVERTED: &str = "The depth images are read with far being bright, 
 /// ... and of both at once.
 const SWAPPED_AND_INVERTED: &str = "The depth images are inverted, near being bright, and the two bytes of each value are in the wrong \
                                     order (low byte first)";
+
+/// What is said of images that a Kinect's driver wrote as they came ...
+const KINECT_RAW: &str =
+    "The values of the depth images are a Kinect's raw ones, of 11 bits with 2047 for none, not distances";
+/// ... and of those whose name alone tells.
+const SAID_DISPARITY: &str =
+    "The name of the depth images says that they hold disparities, and no planes in them say otherwise";
+
+/// What the values of one depth image tell of what they are.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct ValuesSeen {
+    /// Whether they reach just to the largest value that the file can hold.
+    pub fills_range: bool,
+    /// The value at which they seem to be cut off.
+    pub cut_off: Option<u16>,
+    /// How smooth pieces are curved, of the images that are looked at.
+    pub curvatures: Option<Curvatures>,
+}
+
+impl ValuesSeen {
+    /// Of an image whose camera has about this focal length (pixels), at this place in its recording. Curvatures are those of images
+    /// 0, 1, 2, 4, 8, 16 and so on: few, of many views.
+    pub fn of(image: &DepthImage, focal_length: f64, index: usize) -> Self {
+        let is_looked_at = index == 0 || index.is_power_of_two();
+        Self {
+            fills_range: image.fills_range(),
+            cut_off: image.cut_off(),
+            curvatures: is_looked_at.then(|| Curvatures::of(image, focal_length)),
+        }
+    }
+}
 
 /// Whether a path says that its images hold disparities: a folder or a file called `disparity`, `disp_0`, `left_disp`.
 fn says_disparity(path: &str) -> bool {
@@ -41,29 +74,21 @@ pub(super) fn values_of(
     let read = if first.has_swapped_bytes() { DepthValues::SwappedBytes } else { DepthValues::Depth };
     let focal_length =
         if settings.fx > 0.0 { settings.fx } else { KINECT_FOCAL_LENGTH * first.width.max(first.height) as f64 };
-    let votes = Votes::of(&first.clone().read_as(read), focal_length);
-    let (problem, remedy) = match (read, votes.is_inverted(), votes.no_depth()) {
-        (DepthValues::SwappedBytes, true, _) => {
-            (SWAPPED_AND_INVERTED, "Write 16-bit PNGs and PGMs with the high byte first")
+    let told = Curvatures::of(&first.clone().read_as(read), focal_length).told();
+    let (problem, remedy) = match (read, told.no_depth()) {
+        (DepthValues::SwappedBytes, Some(NoDepth::Inverted)) => {
+            (SWAPPED_AND_INVERTED.to_owned(), "Write 16-bit PNGs and PGMs with the high byte first")
         }
-        (_, true, _) => return Ok((DepthValues::Inverted, Some(INVERTED.to_owned()))),
-        (DepthValues::Depth, ..) if votes.may_be_inverted() => return Ok((read, Some(MAY_BE_INVERTED.to_owned()))),
-        (_, _, Some(NoDepth::Inverse)) => (
-            "The values of the depth images are inverse depth, as disparities: planes are plane that way alone",
-            "Save depth, focal length times baseline over disparity",
-        ),
-        (_, _, Some(NoDepth::RayLength)) => (
-            "The values of the depth images are the lengths of rays, not depth along the optical axis: planes are plane that way alone",
-            "Save depth, the length over sqrt(1 + ((u - cx) / fx)^2 + ((v - cy) / fy)^2) at the pixel (u, v)",
-        ),
-        (DepthValues::Depth, ..) if holds_kinect_raw(first) => (
-            "The values of the depth images are a Kinect's raw ones, of 11 bits with 2047 for none, not distances",
-            "Save depth, 1 / (3.3309 - 0.0030711 * value) m",
-        ),
-        _ if says_disparity(name) && !votes.is_depth() => (
-            "The name of the depth images says that they hold disparities, and no planes in them say otherwise",
-            "Save depth, focal length times baseline over disparity",
-        ),
+        (_, Some(NoDepth::Inverted)) => return Ok((DepthValues::Inverted, Some(INVERTED.to_owned()))),
+        (_, Some(kind)) => {
+            let (are, remedy) = kind.in_words();
+            (format!("The values of the depth images are {are}: planes are plane that way alone"), remedy)
+        }
+        (DepthValues::Depth, _) if told.may_be_inverted() => return Ok((read, Some(MAY_BE_INVERTED.to_owned()))),
+        (DepthValues::Depth, _) if holds_kinect_raw(first) => {
+            (KINECT_RAW.to_owned(), "Save depth, 1 / (3.3309 - 0.0030711 * value) m")
+        }
+        _ if says_disparity(name) && !told.is_depth() => (SAID_DISPARITY.to_owned(), NoDepth::Inverse.in_words().1),
         _ => return Ok((read, (read == DepthValues::SwappedBytes).then(|| SWAPPED_BYTES.to_owned()))),
     };
     Err(Error::whole(problem, format!("{remedy}; or set depth_values, if that is wrong")))

@@ -32,6 +32,7 @@ mod single_precision;
 pub use cloud_reading::CloudReading;
 pub(crate) use decode_config::set_intrinsics;
 pub use decode_config::{DecodeConfig, DepthDecodeConfig};
+pub use depth_values::ValuesSeen;
 use files::{colors_of, read_cloud};
 pub use frame_note::FrameNote;
 pub(crate) use frame_note::merged;
@@ -83,8 +84,8 @@ pub struct PreparedFrame {
     pub gyro: Vec<[f64; 4]>,
     /// What could not be used of it.
     pub notes: Vec<FrameNote>,
-    /// Whether its depth reaches just to the largest value that the file can hold.
-    pub fills_range: bool,
+    /// What the values of its depth image tell of what they are.
+    pub values: ValuesSeen,
 }
 
 /// What is registered of a frame, in the sensor's frame.
@@ -155,6 +156,7 @@ impl PreparedFrame {
         };
         let (image, camera) = (depth.read(&label.name, bytes)?, &depth.camera);
         let of_frame = |reason| FrameNote { subject: label.name.clone(), reason };
+        let values = ValuesSeen::of(&image, camera.fx, label.index);
         let mut notes: Vec<FrameNote> = depth.other_camera(&image).map(of_frame).into_iter().collect();
         let colors = color.and_then(|color| {
             let note_left_out = |note| notes.push(note);
@@ -191,7 +193,7 @@ impl PreparedFrame {
             let options = CloudOptions { clear_normals: false, max_points: usize::MAX, ..settings.cloud_options() };
             Surfaces::Cloud(PreparedCloud::new(&cloud, &options)?.into_cloud())
         };
-        Ok(Self { label, surfaces, map_points, gyro: Vec::new(), notes, fills_range: image.fills_range() })
+        Ok(Self { label, surfaces, map_points, gyro: Vec::new(), notes, values })
     }
 
     /// Reads and prepares a cloud, in the frame of the sensor that took it.
@@ -232,7 +234,7 @@ impl PreparedFrame {
         let map_points = parts.unwrap_or_else(|| prepared.clone());
         let (surfaces, map_points) = (Surfaces::Cloud(prepared), MapPoints::Cloud(map_points));
         let gyro = gyro_comments::gyro_readings(bytes).unwrap_or_default();
-        Ok(Self { label, surfaces, map_points, gyro, notes: Vec::new(), fills_range: false })
+        Ok(Self { label, surfaces, map_points, gyro, notes: Vec::new(), values: ValuesSeen::default() })
     }
 }
 

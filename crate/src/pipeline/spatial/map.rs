@@ -7,7 +7,7 @@ use super::stitched_map::StitchedMap;
 use crate::geometry::{PointCloud, Pose3};
 use crate::map::voxel::{VoxelCount, VoxelMap};
 use crate::odometry::assessment::Status;
-use crate::pipeline::prepared_frame::{MapPoints, PreparedFrame, Surfaces};
+use crate::pipeline::prepared_frame::{MapPoints, PreparedFrame, Surfaces, ValuesSeen};
 use crate::pipeline::spatial_report::MapSize;
 use crate::pipeline::spatial_settings::Quantisation;
 
@@ -90,7 +90,7 @@ impl SpatialReconstruction {
         };
         let surfaces = Surfaces::Surfels(Vec::new());
         let (label, gyro, notes) = (frame.label.clone(), Vec::new(), Vec::new());
-        Some(PreparedFrame { label, surfaces, map_points, gyro, notes, fills_range: false }.to_bytes())
+        Some(PreparedFrame { label, surfaces, map_points, gyro, notes, values: ValuesSeen::default() }.to_bytes())
     }
 
     /// What the map would take in voxels of other sizes (m, positive).

@@ -8,10 +8,10 @@ mod hypotheses;
 mod map;
 mod moved;
 mod pose_history;
-mod range_use;
 mod result;
 mod stitched_map;
 mod stored_frames;
+mod value_evidence;
 
 use std::collections::VecDeque;
 
@@ -21,9 +21,9 @@ pub use self::flattened::Floor;
 use self::hypotheses::{Hypotheses, QuantisationHypothesis};
 use self::moved::Moved;
 use self::pose_history::PoseHistory;
-use self::range_use::RangeUse;
 use self::stitched_map::StitchedMap;
 use self::stored_frames::{Frame, StoredFrames};
+use self::value_evidence::{Objection, ValueEvidence};
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, Pose3};
 use crate::graph::loops::spatial::LoopReport;
@@ -55,7 +55,7 @@ pub struct SpatialReconstruction {
     history: PoseHistory,
     reference: Option<Reference>,
     notes: Vec<FrameNote>,
-    range_use: RangeUse,
+    value_evidence: ValueEvidence,
     stitched: Option<StitchedMap>,
     moved: Moved,
     /// Whether it has been said that no frame will follow.
@@ -80,7 +80,7 @@ impl SpatialReconstruction {
             history: PoseHistory::default(),
             reference: None,
             notes: Vec::new(),
-            range_use: RangeUse::default(),
+            value_evidence: ValueEvidence::default(),
             stitched: None,
             moved: Moved::default(),
             is_complete: false,
@@ -167,7 +167,7 @@ impl SpatialReconstruction {
     /// Stores a registered frame, after which a reading of the depth may have been `decided`.
     fn store(&mut self, frame: PreparedFrame, decided: Option<Quantisation>) -> Progress {
         self.history.record(&self.poses());
-        self.range_use.record(frame.fills_range);
+        self.value_evidence.record(&frame.values);
         // What is prepared from now on need not keep another reading open, nor colours that are left out.
         if let Some(config) = &mut self.decode_config {
             config.registers_colors &= !self.hypotheses.have_misaligned_colors();
@@ -212,11 +212,18 @@ impl SpatialReconstruction {
     pub fn assessments(&self) -> Vec<Assessment> {
         let mut assessments = continuity::assessments(self.estimates(), self.hypotheses.surfaces_repeat());
         self.hypotheses.outside_majority().iter().for_each(|&frame| assessments[frame].mark_outside_majority());
-        self.range_use.doubt(&mut assessments);
+        if let Some(objection) = self.objection() {
+            objection.doubt(&mut assessments);
+        }
         if let Some(focal_length) = self.hypotheses.focal_length() {
             focal_length.doubt(&mut assessments);
         }
         assessments
+    }
+
+    /// What the values of the depth images say against how they are read.
+    fn objection(&self) -> Option<Objection> {
+        self.value_evidence.objection(self.decode_config.as_ref()?, &self.poses())
     }
 
     /// Another focal length than the one that was assumed, if the frames fit each other better with it.

@@ -93,7 +93,7 @@ impl SpatialReconstruction {
             notes.extend(depth.and_then(|depth| own_focal_length_of_kinect(&depth.assumptions, depth.camera.width)));
         }
         notes.extend(self.note_on_rest());
-        notes.extend(self.range_use.note());
+        notes.extend(self.objection().map(|objection| objection.note));
         notes.extend(self.suggested_focal_length().map(|suggestion| suggestion.text));
         notes.extend(self.hypotheses.notes_on_sweeps());
         notes.extend(self.loop_report().note());
