@@ -58,9 +58,14 @@ export function tellDoubtful(
 export class Complaints {
   /** In the order in which they were made. */
   problems: string[] = [];
+  /** Of what was told last, what follows the name of the file. */
+  #reason = '';
 
   complain = (problem: string) => {
-    tell(problem);
+    const [name = '', ...reason] = problem.split(': ');
+    const isSame = reason.length > 0 && reason.join(': ') === this.#reason;
+    this.#reason = reason.join(': ');
+    tell(isSame ? `${name}: the same.` : problem);
     this.problems.push(problem);
   };
 

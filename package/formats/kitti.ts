@@ -15,6 +15,9 @@ const LAYOUTS: readonly (readonly string[])[] = [
   ['x', 'y', 'z', 'intensity', 'ring'],
   ['x', 'y', 'z', 'intensity', 'ring', 'time'],
 ];
+const POSITION: readonly string[] = ['x', 'y', 'z'];
+/** How far apart numbers are that are not one coordinate of neighbouring points. */
+const OTHER_LAGS: readonly number[] = [1, 2, 4, 5, 7, 8];
 /** No coordinate is larger, in millimetres or of a map. */
 const MAX_COORDINATE = 1e7;
 /** Reflectance is 0 to 1, or 0 to 255. */
@@ -37,9 +40,21 @@ function layoutOf(head: Uint8Array, size: number): Layout | null {
   const single = LAYOUTS.find((names) => isLayout(floats, names.length, size / 4));
   if (single) return { names: single, bytes: 4 };
   const doubles = new Float64Array(whole(8));
-  // As NumPy writes an array of its own floats; without a brightness nothing tells how many columns there are.
+  // As NumPy writes an array of its own floats.
   const [names = []] = LAYOUTS;
-  return isLayout(doubles, names.length, size / 8) ? { names, bytes: 8 } : null;
+  if (isLayout(doubles, names.length, size / 8)) return { names, bytes: 8 };
+  if (isPositions(floats, size / 4)) return { names: POSITION, bytes: 4 };
+  return isPositions(doubles, size / 8) ? { names: POSITION, bytes: 8 } : null;
+}
+
+/** Points without a brightness: that numbers come in threes is told by neighbouring points, which lie near each other. */
+function isPositions(values: Float32Array | Float64Array, count: number) {
+  const difference = (lag: number) => {
+    const differences = Array.from(values.subarray(lag), (value, index) => Math.abs(value - (values[index] ?? 0)));
+    return differences.filter(Number.isFinite).reduce((sum, value) => sum + value, 0);
+  };
+  const others = OTHER_LAGS.map(difference);
+  return isLayout(values, POSITION.length, count) && 2 * difference(POSITION.length) < Math.min(...others);
 }
 
 /** @param count of the numbers in the whole file */

@@ -102,7 +102,7 @@ const ADVICE: readonly [RegExp, string][] = [
   ],
   [
     /\.bin$/i,
-    "numbers whose layout is not known: x y z and intensity as 32-bit floats are read, as KITTI and nuScenes have them; save others so: numpy.fromfile(FILE, '<f8').reshape(-1, 3).astype('<f4'), and numpy.save('0.npy', points)",
+    "numbers whose layout is not known: x y z and intensity as 32-bit floats are read, as KITTI and nuScenes have them, and x y z alone; save others by their type and columns: numpy.save('0.npy', numpy.fromfile(FILE, '<f4').reshape(-1, 7)[:, :3])",
   ],
   [/\.(mp4|avi|mov|webm)$/i, 'a film; depth is needed, as images of 16 bits: PNG, or a ROS bag'],
 ];

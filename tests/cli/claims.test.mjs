@@ -74,7 +74,7 @@ test('clouds in kilometres are refused with the unit to set, and longitudes and 
   assert.match((await reconstruct(t, geographic)).said, /longitude and latitude.*Project the clouds into metres/);
 });
 
-test('clouds of NumPy with a point a column, and 64-bit floats without a header', async (t) => {
+test('clouds of NumPy with a point a column, and floats without a header, with and without a brightness', async (t) => {
   const npy = (/** @type {Point[]} */ points) => {
     const head = `{'descr': '<f8', 'fortran_order': False, 'shape': (3, ${points.length}), }`.padEnd(117) + '\n';
     const size = Buffer.alloc(2);
@@ -83,9 +83,12 @@ test('clouds of NumPy with a point a column, and 64-bit floats without a header'
     return Buffer.concat([Buffer.from('\x93NUMPY\x01\x00', 'latin1'), size, Buffer.from(head), doubles(columns)]);
   };
   const bin = (/** @type {Point[]} */ points) => doubles(points.flatMap((point) => [...point, 0.5]));
+  const singles = (/** @type {Point[]} */ points) => Buffer.from(Float32Array.from(points.flat()).buffer);
   for (const [ending, make] of /** @type {const} */ ([
     ['npy', npy],
     ['bin', bin],
+    ['bin', (/** @type {Point[]} */ points) => doubles(points.flat())],
+    ['bin', singles],
   ])) {
     const files = Object.fromEntries(CLOUDS.map((points, at) => [`${at}.${ending}`, make(points)]));
     const { report, said } = await reconstruct(t, files);
