@@ -74,8 +74,11 @@ export async function understand(
           : (await isColumnAlone(known, read))
             ? await planarScans(known, read, true)
             : await nothing(depth.notes, known, read);
-  const notes = [...unreadable, ...recording.notes];
-  const beside = recording.beside && { ...recording.beside, notes: [...unreadable, ...recording.beside.notes] };
+  // What is wrong with a frame is told when its turn comes.
+  const frames = new Set([...(recording.clouds ?? []), ...(recording.depth_frames ?? []).map(({ depth }) => depth)]);
+  const others = unreadable.filter(({ file }) => !frames.has(file));
+  const notes = [...others, ...recording.notes];
+  const beside = recording.beside && { ...recording.beside, notes: [...others, ...recording.beside.notes] };
   return { ...empty(), image_size: null, ...recording, notes, ...(beside && { beside }) };
 }
 

@@ -26,6 +26,8 @@ const NARROW_IMAGES = Object.fromEntries(
     return [`depth_${at}.png`, greyPng(narrowed(depth), NARROW)];
   }),
 );
+/** No depth is larger (mm). */
+const CUT_OFF = 2500;
 /** @param {number} number */
 const inCentimetres = (number) =>
   roomCloud(number).replaceAll(/-?\d+\.\d{4}/g, (metres) => (100 * Number(metres)).toFixed(2));
@@ -60,6 +62,17 @@ export const REMEDY_CASES = {
     said: /The frames fit each other best with a focal length of about 9[5-7] pixels, not with the 84 .*: set fx=9/,
     remedy: ['--set', 'fx=96'],
     helps: /6 good/,
+  },
+  'depth that is cut off': {
+    files: Object.fromEntries(
+      [0, 0.06, 0.12, 0.18].map((yaw, at) => {
+        const { depth } = see([0.05 * at, 0.01 * at, 0.04 * at, yaw]);
+        return [`depth_${at}.png`, greyPng(depth.map((value) => Math.min(value, CUT_OFF)))];
+      }),
+    ),
+    said: /cut off at 2\.50 m.*set max_range=2\.499/s,
+    remedy: ['--set', 'max_range=2.499'],
+    helps: /4 good/,
   },
   'clouds in centimetres': {
     files: { '0.ply': inCentimetres(0), '1.ply': inCentimetres(1) },
