@@ -22,8 +22,8 @@ import type { DepthFrame, ListedFile } from '../files/recording.js';
 import { readLists } from './lists.js';
 import { withTimes } from './stamps.js';
 
-/** The first bytes; null where the file cannot be read. */
-export type Peek = (path: string) => Promise<Uint8Array | null>;
+/** The first bytes, enough for a header where it is not said how many; null where the file cannot be read. */
+export type Peek = (path: string, length?: number) => Promise<Uint8Array | null>;
 
 type ImageSeries = Series & { facts: ImageFacts; hint: Hint | null };
 type DepthRecording = { root: string; depth: ImageSeries; color: ImageSeries | null };
@@ -37,6 +37,8 @@ const RADIAL =
   /(distance_to_camera|euclidean_?(depth|distance)|depth_?perspective|radial_?depth|(^|\/)img_\w*_2_\d+\.pfm$)/i;
 const RADIAL_REASON =
   "not used: distances along each pixel's ray, not along the optical axis; give the depth (Isaac Sim: distance_to_image_plane; AirSim: DepthPlanar), or divide each by sqrt(1 + ((u - cx) / fx)^2 + ((v - cy) / fy)^2)";
+/** An image that is looked into whole is not larger. */
+const MAX_IMAGE_BYTES = 64 * 2 ** 20;
 /** So many files of a series are looked into: one may be broken. */
 const LOOKED_INTO = 3;
 const REMEDY =
@@ -59,7 +61,9 @@ export async function findDepthRecordings(files: readonly ListedFile[], peek: Pe
   const isSeen = (file: ListedFile) => isImageName(file.path) && !isRaw(file) && !isRadial(file);
   for (const series of seriesOf(files.filter(isSeen))) {
     const { facts, fault } = await lookInto(series, peek);
-    if (facts) images.push({ ...series, facts, hint: hintOfSeries(series) });
+    const hint = hintOfSeries(series);
+    const isGrey = facts !== null && hint === 'depth' && (await areShades(series, facts, peek));
+    if (facts) images.push({ ...series, facts: isGrey ? { ...facts, channels: 'grey' } : facts, hint });
     else if (fault) broken.push({ file: nameOf(series), reason: `not used: ${fault}` });
   }
   const { depth, color } = tellApart(images);
@@ -97,6 +101,14 @@ async function lookInto({ members }: Series, peek: Peek): Promise<{ facts: Image
   }
   const votes = ({ channels }: ImageFacts) => seen.filter((facts) => facts.channels === channels).length;
   return { facts: seen.sort((a, b) => votes(b) - votes(a))[0] ?? null, fault };
+}
+
+/** Whether the first of these images of colours holds shades alone. */
+async function areShades({ members }: Series, { format, channels, bits }: ImageFacts, peek: Peek) {
+  if (format !== 'PNG' || channels !== 'color' || bits !== 8) return false;
+  const whole = await peek(members[0]?.path ?? '', MAX_IMAGE_BYTES);
+  const { holdsShades } = await import('../formats/grey_colors.js');
+  return whole !== null && holdsShades(whole);
 }
 
 /** By the header: grey images are depth, coloured ones are colour images. Names decide where both are grey. */

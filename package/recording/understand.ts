@@ -61,7 +61,7 @@ export async function understand(
     );
     return { ...recording, image_size: null, notes: [...unreadable, ...recording.notes] };
   }
-  const depth = await findDepth(known, (path) => read(path, IMAGE_HEAD_BYTES));
+  const depth = await findDepth(known, (path, length = IMAGE_HEAD_BYTES) => read(path, length));
   const numFrames = depth.recordings[0]?.depth.members.length ?? 0;
   const clouds = await findClouds(known, numFrames, read, isTable);
   const recording =

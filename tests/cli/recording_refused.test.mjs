@@ -2,6 +2,7 @@
 /** Images that cannot be used as depth: each is told, with what to do. */
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
+import { colourPng } from './depth_room.mjs';
 import { count, DEPTH16, JPEG, many, PALETTE, RGB, understandAll } from './recording_files.mjs';
 import { ROOM_FILES } from './support.mjs';
 
@@ -20,6 +21,24 @@ test('8-bit colours given as depth: told, with the remedy', async () => {
     assert.equal(recording.notes[0]?.file, 'depth/1.png to 3.png');
     assert.match(recording.notes[0]?.reason ?? '', words);
   }
+});
+
+test('colours that are shades throughout are depth, where they are called so', async () => {
+  const shades = colourPng(
+    Uint8Array.from({ length: 3 * 32 * 4 }, (_, at) => 7 * Math.floor(at / 3)),
+    32,
+  );
+  const tinted = colourPng(
+    Uint8Array.from({ length: 3 * 32 * 4 }, (_, at) => 7 * Math.floor(at / 3) + Number(at === 380)),
+    32,
+  );
+  const kindOf = async (/** @type {Uint8Array} */ image) =>
+    (await understandAll(many([1, 2, 3], (i) => `depth/${i}.png`, image))).kind;
+  assert.deepEqual(await Promise.all([shades, tinted, shades.subarray(0, shades.length - 20)].map(kindOf)), [
+    'depth_images',
+    'nothing',
+    'nothing',
+  ]);
 });
 
 test('depth in forms that are not read is told', async () => {
