@@ -9,7 +9,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::depth_image::DepthImage;
-use crate::geometry::quantile::THREE_SIGMA;
+use crate::geometry::quantile::{THREE_SIGMA, quantile};
 use crate::geometry::robust_ratio::RobustRatio;
 
 /// What else values may be.
@@ -49,6 +49,8 @@ pub struct Curvatures {
     inverted: Vec<[f64; 3]>,
     /// Across the gradient, of the lengths of rays.
     ray_length: Vec<[f64; 3]>,
+    /// Standard deviations of the values from the smooth pieces (values).
+    scatter: Vec<f64>,
 }
 
 /// Pieces in a row of the image: large ones tell more, small ones find room on small surfaces.
@@ -72,6 +74,7 @@ impl Curvatures {
                     all.depth.push([piece.along, of_depth / piece.value, piece.error]);
                     all.inverted.push([piece.along, -of_depth / from_largest, piece.error]);
                     all.ray_length.push([piece.across, of_ray_length, piece.error]);
+                    all.scatter.push(piece.deviation);
                 }
             }
         }
@@ -83,13 +86,14 @@ impl Curvatures {
         self.depth.extend(&other.depth);
         self.inverted.extend(&other.inverted);
         self.ray_length.extend(&other.ray_length);
+        self.scatter.extend(&other.scatter);
     }
 
     /// What they tell.
     pub fn told(&self) -> ToldValues {
         let [depth, inverted, ray_length] =
             [&self.depth, &self.inverted, &self.ray_length].map(|curvatures| RobustRatio::of(curvatures));
-        ToldValues { depth, inverted, ray_length }
+        ToldValues { depth, inverted, ray_length, scatter: quantile(&mut self.scatter.clone(), 0.5) }
     }
 }
 
@@ -105,12 +109,19 @@ pub struct ToldValues {
     inverted: Option<RobustRatio>,
     /// 0 for depth. By the square of what the focal length is wrong by if it is assumed.
     ray_length: Option<RobustRatio>,
+    /// Standard deviation of the values of smooth surfaces, in the median (values).
+    scatter: Option<f64>,
 }
 
 impl ToldValues {
     /// Whether the values are proportional to depth, or to the length of rays.
     pub fn is_depth(&self) -> bool {
         self.depth.is_some_and(|ratio| ratio.is(1.0, THREE_SIGMA))
+    }
+
+    /// Whether the values of a flat wall differ, as a sensor measures it, and not by rounding alone.
+    pub fn are_noisy(&self) -> bool {
+        self.scatter.is_some_and(|scatter| scatter > 1.0)
     }
 
     /// Whether more tells that near is bright than that it is dark, and too little to take it for sure.
@@ -163,6 +174,8 @@ struct Piece {
     across: f64,
     /// Standard deviation of these.
     error: f64,
+    /// Standard deviation of the values from the quadratic surface.
+    deviation: f64,
 }
 
 impl Piece {
@@ -202,7 +215,7 @@ impl Piece {
         let step = (1.0 / slope).max(1.0);
         let error = 2.0 * deviation.max(1.0 / 12f64.sqrt()) * (step / norms[3]).sqrt();
         let [along, across] = [curvature(x, y), curvature(-y, x)];
-        Some(Self { value, slope, direction: [x, y], along, across, error })
+        Some(Self { value, slope, direction: [x, y], along, across, error, deviation })
     }
 
     /// The curvature across the gradient of lengths of rays, at this place in the image (x / z, y / z).

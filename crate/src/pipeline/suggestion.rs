@@ -1,5 +1,5 @@
 //! What a comparison with a reference says of how frames are read: a setting that it bears out, or another value that would make the
-//! estimate agree with it.
+//! estimate agree with it. The frames themselves may suggest one, too.
 
 use serde::Serialize;
 
@@ -10,15 +10,32 @@ use crate::evaluation::trajectory_error::TrajectoryError;
 use crate::geometry::Pose3;
 use crate::io::length_unit::{CENTIMETRE, LengthUnit, METRE, MILLIMETRE};
 
-/// A value of a setting that would make the estimate agree with the reference.
+/// A setting of which a value is suggested.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+#[serde(rename_all = "snake_case")]
+pub enum SuggestedSetting {
+    /// Raw values per metre.
+    DepthScale,
+    /// Focal length (pixels).
+    Fx,
+    /// Metres in a unit of the coordinates of clouds.
+    CloudUnit,
+    /// What the values of depth images are.
+    DepthValues,
+    /// The largest depth that is used (m).
+    MaxRange,
+}
+
+/// A value of a setting that would make the estimate agree with the reference, or the frames with each other.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct Suggestion {
     /// What was found and what would change it, in a sentence.
     pub text: String,
     /// Which setting.
-    pub setting: ReadingSetting,
-    /// Its value; null where there is none to offer, for a focal length.
+    pub setting: SuggestedSetting,
+    /// Its value; null where there is none to offer.
     pub value: Option<f64>,
 }
 
@@ -56,14 +73,14 @@ pub(crate) fn suggestion<P: Copy + Into<Pose3>>(
             "The camera turns {turn:.2} times as far as in the ground truth, as with a wrong focal length: fx = {fx} may not be \
              this camera's"
         );
-        return Some(Suggestion { text, setting: ReadingSetting::Fx, value: None });
+        return Some(Suggestion { text, setting: SuggestedSetting::Fx, value: None });
     }
     let length = ratio.translation.filter(|length| length.ln().abs() > MIN_FACTOR.ln())?;
     let (setting, name, usual, wanted) = match reading {
         Reading::Depth(scale, _) => {
-            (ReadingSetting::DepthScale, "depth_scale", usual_scale(scale * length), scale * length)
+            (SuggestedSetting::DepthScale, "depth_scale", usual_scale(scale * length), scale * length)
         }
-        Reading::Clouds(unit) => (ReadingSetting::CloudUnit, "cloud_unit", usual_unit(unit / length), unit / length),
+        Reading::Clouds(unit) => (SuggestedSetting::CloudUnit, "cloud_unit", usual_unit(unit / length), unit / length),
     };
     let is = |unit: &&LengthUnit| (length / unit.metres).ln().abs() < MIN_FACTOR.ln();
     if let (None, Some(unit)) = (usual, [CENTIMETRE, MILLIMETRE].iter().find(is)) {
@@ -191,16 +208,16 @@ mod tests {
         let reading = Reading::Depth(1000.0, &camera);
         assert_eq!(suggested(&path(1.02, 1.0), reading), None);
         let six = suggested(&path(6.5, 1.0), reading).unwrap();
-        assert_eq!((six.setting, six.value), (ReadingSetting::DepthScale, Some(6553.5)));
+        assert_eq!((six.setting, six.value), (SuggestedSetting::DepthScale, Some(6553.5)));
         assert!(six.text.contains("6.50 times") && six.text.contains("depth_scale 6553.5"), "{}", six.text);
         assert_eq!(suggested(&path(0.3, 1.0), reading).unwrap().value, Some(300.0));
         let centimetres = suggested(&path(0.01, 1.0), reading).unwrap();
         assert_eq!(centimetres.value, None);
         assert!(centimetres.text.contains("as where that is in centimetres"), "{}", centimetres.text);
         let clouds = suggested(&path(1000.0, 1.0), Reading::Clouds(1.0)).unwrap();
-        assert_eq!((clouds.setting, clouds.value), (ReadingSetting::CloudUnit, Some(1e-3)));
+        assert_eq!((clouds.setting, clouds.value), (SuggestedSetting::CloudUnit, Some(1e-3)));
         let wide = suggested(&path(1.0, 0.73), reading).unwrap();
-        assert_eq!((wide.setting, wide.value), (ReadingSetting::Fx, None));
+        assert_eq!((wide.setting, wide.value), (SuggestedSetting::Fx, None));
         assert!(wide.text.contains("turns 0.73 times") && wide.text.contains("fx = 525"), "{}", wide.text);
     }
 }

@@ -11,12 +11,14 @@ import { fire } from '../components/fire.js';
 
 /** What the user chose: a value of a setting, the dialog with all values, or to leave it as it is. */
 export type ReadingChoice =
-  { choice: 'value'; setting: Assumption['setting']; value: number } | { choice: 'more' } | { choice: 'dismiss' };
+  { choice: 'value'; setting: Suggestion['setting']; value: number } | { choice: 'more' } | { choice: 'dismiss' };
 
 const TITLES = {
   depth_scale: 'The ground truth suggests another depth scale',
-  fx: 'The ground truth suggests another focal length',
+  fx: 'Another focal length fits better',
   cloud_unit: 'The ground truth suggests another unit',
+  depth_values: 'What these values are',
+  max_range: 'Depth is cut off',
 } as const;
 /** So many scales are shown with a picture. */
 const MOST_PICTURES = 3;

@@ -2,13 +2,13 @@ import { css, html, LitElement, type TemplateResult } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
 import { dialogStyles } from '../components/section-styles.js';
 import { shared, wrap } from '../components/theme.js';
-import type { Assumption } from '../engine/spatial-protocol.js';
+import type { Assumption, Suggestion } from '../engine/spatial-protocol.js';
 import type { Camera } from './poses.js';
 import { valueText, valueWords } from './reading.js';
 import { fire } from '../components/fire.js';
 
 export interface Readings {
-  values: { setting: Assumption['setting']; value: number }[];
+  values: { setting: Suggestion['setting']; value: number }[];
 }
 
 const LABELS = { depth_scale: 'Depth scale', fx: 'Focal length', cloud_unit: 'Unit' } as const;

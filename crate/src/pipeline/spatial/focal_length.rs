@@ -6,7 +6,7 @@ use crate::odometry::assessment::{Assessment, Status};
 use crate::odometry::depth::{SpatialEstimate, fine_options, middle_options};
 use crate::pipeline::assumptions::{Assumption, ReadingSetting};
 use crate::pipeline::prepared_frame::DecodeConfig;
-use crate::pipeline::suggestion::Suggestion;
+use crate::pipeline::suggestion::{SuggestedSetting, Suggestion};
 use crate::registration::focal_length::{FocalLengthFit, fit_focal_length};
 use crate::registration::prepared_surfels::PreparedSurfels;
 
@@ -88,7 +88,7 @@ impl FocalLength {
             "The frames fit each other best with a focal length of about {better} pixels, not with the {assumed} that were \
              assumed: set fx={better}, or give the camera"
         );
-        Some(Suggestion { text, setting: ReadingSetting::Fx, value: Some(better) })
+        Some(Suggestion { text, setting: SuggestedSetting::Fx, value: Some(better) })
     }
 
     /// Makes all frames but the first doubtful where they fit each other better with another focal length.

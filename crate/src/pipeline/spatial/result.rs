@@ -76,7 +76,11 @@ impl SpatialReconstruction {
             loops: self.loop_report(),
             num_moved_points: self.moved.num_points,
             comparison,
-            suggestion: self.suggested_focal_length().or(suggestion),
+            suggestion: self
+                .objection()
+                .map(|objection| objection.suggestion)
+                .or_else(|| self.suggested_focal_length())
+                .or(suggestion),
             notes,
         }
     }
@@ -93,7 +97,7 @@ impl SpatialReconstruction {
             notes.extend(depth.and_then(|depth| own_focal_length_of_kinect(&depth.assumptions, depth.camera.width)));
         }
         notes.extend(self.note_on_rest());
-        notes.extend(self.objection().map(|objection| objection.note));
+        notes.extend(self.objection().map(|objection| objection.suggestion.text));
         notes.extend(self.suggested_focal_length().map(|suggestion| suggestion.text));
         notes.extend(self.hypotheses.notes_on_sweeps());
         notes.extend(self.loop_report().note());

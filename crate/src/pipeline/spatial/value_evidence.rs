@@ -5,6 +5,7 @@ use crate::camera::{Curvatures, DepthValues};
 use crate::geometry::Pose3;
 use crate::odometry::assessment::Assessment;
 use crate::pipeline::prepared_frame::{DecodeConfig, ValuesSeen};
+use crate::pipeline::suggestion::{SuggestedSetting, Suggestion};
 
 /// Images are taken for stretched from this many on that fill their range, if they are half of all. Of 1,160 images as cameras
 /// and renderers gave them 0 to 5 % of a recording do, and 82 to 100 % of the same ones stretched (of a D435, whose strays lie
@@ -24,12 +25,16 @@ const STRETCHED_REASON: &str = "the depth images seem to be stretched to the ran
 /// What the values say against how they are read.
 pub(super) struct Objection {
     /// Of the recording, with a remedy.
-    pub note: String,
+    pub suggestion: Suggestion,
     /// Of a frame.
     reason: String,
 }
 
 impl Objection {
+    fn new(setting: SuggestedSetting, value: Option<f64>, text: String, reason: String) -> Self {
+        Self { suggestion: Suggestion { text, setting, value }, reason }
+    }
+
     /// Makes all frames but the first doubtful.
     pub(super) fn doubt(&self, assessments: &mut [Assessment]) {
         assessments.iter_mut().skip(1).for_each(|assessment| assessment.doubt(&self.reason));
@@ -63,7 +68,9 @@ impl ValueEvidence {
 
     fn stretched(&self) -> Option<Objection> {
         let is_stretched = self.num_filling >= MIN_FRAMES && 2 * self.num_filling >= self.cut_offs.len();
-        is_stretched.then(|| Objection { note: STRETCHED.to_owned(), reason: STRETCHED_REASON.to_owned() })
+        is_stretched.then(|| {
+            Objection::new(SuggestedSetting::DepthValues, None, STRETCHED.to_owned(), STRETCHED_REASON.to_owned())
+        })
     }
 
     fn no_depth(&self, config: &DecodeConfig) -> Option<Objection> {
@@ -74,7 +81,7 @@ impl ValueEvidence {
             "The values of the depth images are {are}: planes in several of them are plane that way alone. {remedy}; \
                             if that is wrong, set depth_values=depth"
         );
-        Some(Objection { note, reason })
+        Some(Objection::new(SuggestedSetting::DepthValues, None, note, reason))
     }
 
     fn cut_off(&self, config: &DecodeConfig, poses: &[Pose3]) -> Option<Objection> {
@@ -90,7 +97,9 @@ impl ValueEvidence {
             let ahead = motion.rotation * nalgebra::Vector3::z();
             ahead.xy().norm() > MIN_CHANGE || motion.translation.z.abs() > MIN_CHANGE * metres
         };
-        if !is_used || there.len() < MIN_FRAMES || 2 * there.len() < self.cut_offs.len() || !there.iter().any(moves) {
+        // What a sensor measures of a wall scatters; of a rendered one it is the motion that tells, which a false wall hinders.
+        let is_no_wall = self.told.is_some_and(|told| told.are_noisy()) || there.iter().any(moves);
+        if !is_used || there.len() < MIN_FRAMES || 2 * there.len() < self.cut_offs.len() || !is_no_wall {
             return None;
         }
         let max_range = f64::from(limit - 1) * depth.depth_step;
@@ -98,9 +107,8 @@ impl ValueEvidence {
             "The depth images are cut off at {metres:.2} m: many pixels have just this depth, whatever the view, and none has more. They are \
              taken for a wall. Save 0 where nothing was measured, or set max_range={max_range:.3}"
         );
-        Some(Objection {
-            note,
-            reason: format!("depth seems to be cut off at {metres:.2} m, which is taken for a wall"),
-        })
+        let reason = format!("depth seems to be cut off at {metres:.2} m, which is taken for a wall");
+        let max_range = (1000.0 * max_range).round() / 1000.0;
+        Some(Objection::new(SuggestedSetting::MaxRange, Some(max_range), note, reason))
     }
 }
