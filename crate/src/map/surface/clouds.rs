@@ -81,7 +81,7 @@ impl CloudFusion {
     pub fn mesh(&mut self) -> TriangleMesh {
         let blocks = self.field();
         let mut mesh = extract(&blocks, self.voxel_size, 1.0 / WEIGHT_INFORMATION);
-        mesh = mesh.without_islands(self.options.min_island_area(self.voxel_size));
+        mesh = mesh.without_islands(self.options.min_island_area(self.voxel_size), |triangle| mesh.area(triangle));
         mesh.set_normals();
         mesh
     }
