@@ -35,6 +35,7 @@ type CellVertices = Box<[u32; VOXELS]>;
 struct Extraction {
     mesh: TriangleMesh,
     has_colors: bool,
+    has_rims: bool,
     /// By block.
     vertices: FxHashMap<[i32; 3], CellVertices>,
     /// Of each vertex its cell, whether the first corner of that lies behind the surface, and the axes along which the surface crosses
@@ -42,9 +43,10 @@ struct Extraction {
     cells: Vec<([i32; 3], bool, [bool; 3])>,
 }
 
-/// The surface of a field with voxels of this size (m); `variance` is that of a weight of 1 (m^2). Normals are left out.
-pub(super) fn extract(blocks: &Blocks, voxel_size: f32, variance: f32) -> TriangleMesh {
-    let mut extraction = Extraction::default();
+/// The surface of a field with voxels of this size (m); `variance` is that of a weight of 1 (m^2). Cells in which the
+/// surface ends have vertices where `has_rims`. Normals are left out.
+pub(super) fn extract(blocks: &Blocks, voxel_size: f32, variance: f32, has_rims: bool) -> TriangleMesh {
+    let mut extraction = Extraction { has_rims, ..Extraction::default() };
     for block in with_blocks_before(blocks) {
         if let Some(vertices) = extraction.add_vertices(&Corners::of(blocks, block), block, voxel_size, variance) {
             extraction.vertices.insert(block, vertices);
@@ -210,7 +212,8 @@ impl Extraction {
     ) -> Option<CellVertices> {
         let mut numbers: Option<CellVertices> = None;
         corners.for_each_crossed(|x, y, z| {
-            let Some(vertex) = corners.vertex(x, y, z) else { return };
+            let is_kept = |vertex: &CellVertex| self.has_rims || !vertex.is_rim;
+            let Some(vertex) = corners.vertex(x, y, z).filter(is_kept) else { return };
             numbers.get_or_insert_with(|| Box::new([NONE; VOXELS]))[index(x, y, z)] = self.cells.len() as u32;
             let cell = [x, y, z].map(|at| at as i32);
             let cell = [0, 1, 2].map(|axis| block[axis] * SIDE as i32 + cell[axis]);

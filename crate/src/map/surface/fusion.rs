@@ -286,7 +286,7 @@ impl SurfaceFusion {
 
     /// The surface.
     pub fn mesh(&self) -> TriangleMesh {
-        let mut mesh = extract(&self.blocks, self.voxel_size, self.variance_ratio() as f32 / WEIGHT_INFORMATION);
+        let mut mesh = extract(&self.blocks, self.voxel_size, self.variance_ratio() as f32 / WEIGHT_INFORMATION, true);
         mesh = self.without_islands(&mesh);
         mesh.set_normals();
         if self.options.max_hole_size > 0.0 {
