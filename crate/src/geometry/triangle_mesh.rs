@@ -50,19 +50,19 @@ impl TriangleMesh {
         self.triangles.iter().filter(|triangle| triangle.iter().any(is_filled)).count()
     }
 
-    /// Without the parts, joined by shared vertices, whose area is below this (m^2).
+    /// Without the parts, joined by shared vertices, whose triangles have less than this size together.
     #[must_use]
-    pub fn without_islands(&self, min_area: f32) -> Self {
+    pub fn without_islands(&self, min_size: f32, size: impl Fn([u32; 3]) -> f32) -> Self {
         let edges = self
             .triangles
             .iter()
             .flat_map(|&[a, b, c]| [[a, b], [a, c]].map(|edge| edge.map(|vertex| vertex as usize)));
         let parts = connected_parts(self.positions.len(), edges);
-        let mut areas = vec![0.0; self.positions.len()];
+        let mut sizes = vec![0.0; self.positions.len()];
         for &triangle in &self.triangles {
-            areas[parts[triangle[0] as usize]] += self.area(triangle);
+            sizes[parts[triangle[0] as usize]] += size(triangle);
         }
-        let is_kept: Vec<bool> = parts.iter().map(|&part| areas[part] >= min_area).collect();
+        let is_kept: Vec<bool> = parts.iter().map(|&part| sizes[part] >= min_size).collect();
         self.selected(&is_kept)
     }
 

@@ -80,8 +80,9 @@ impl CloudFusion {
     /// The surface.
     pub fn mesh(&mut self) -> TriangleMesh {
         let blocks = self.field();
-        let mut mesh = extract(&blocks, self.voxel_size, 1.0 / WEIGHT_INFORMATION);
-        mesh = mesh.without_islands(self.options.min_island_area(self.voxel_size));
+        // Planes reach beyond the corner of a room, where rims would stand out.
+        let mut mesh = extract(&blocks, self.voxel_size, 1.0 / WEIGHT_INFORMATION, false);
+        mesh = mesh.without_islands(self.options.min_island_area(self.voxel_size), |triangle| mesh.area(triangle));
         mesh.set_normals();
         mesh
     }

@@ -4,23 +4,23 @@
 #![allow(clippy::cast_possible_wrap, reason = "positions within a block are below ten")]
 
 use glam::Vec3;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::blocks::{Blocks, KnownBlock, PART_VOXELS, SIDE, VOXELS, Voxel, index, positions};
+use super::pixels::MIN_TRUNCATION_VOXELS;
 use crate::geometry::TriangleMesh;
 use crate::preprocess::depth_surfels::SHARED_ERROR;
 
 /// Corners along a side of a block's cells: its own and the first of the next block.
 const CORNERS: usize = SIDE + 1;
-/// A corner that lies behind the surface.
+/// A corner that lies behind the surface: a bit, so that the union over a cell tells what it has.
 const BEHIND: u8 = 1;
 /// A corner in front of it.
 const IN_FRONT: u8 = 2;
-/// A corner where nothing was measured: another bit, so that the union over a cell tells what it has.
-const UNKNOWN: u8 = 4;
-/// A distance changes by at most a voxel from one voxel to the next. Where it changes by more than this, it is no surface but the edge
-/// between two. To allow for three standard deviations of both in place of this makes of 40 noisy views of a flat 1.6 times as many
-/// triangles, three times as far from the truth, for 1.5 % more of it (`cargo measure surface_scores`).
-const MAX_CHANGE: f32 = 2.0;
+/// Between voxels whose distances change by more than this (voxels) there is no surface but the jump from one to another: so a voxel next
+/// to a free one, whose distance is [`MIN_TRUNCATION_VOXELS`], has a surface between where it lies less than half of its side behind one.
+/// A curtain behind an outline is no longer than that.
+const MAX_CHANGE: f32 = MIN_TRUNCATION_VOXELS + 0.5;
 /// No vertex.
 const NONE: u32 = u32::MAX;
 /// The edges of a cell: corners as bits x, y, z.
@@ -28,39 +28,54 @@ const EDGES: [[usize; 2]; 12] =
     [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]];
 
 /// The vertices of a block's cells.
-type CellVertices = Option<Box<[u32; VOXELS]>>;
+type CellVertices = Box<[u32; VOXELS]>;
 
 /// A mesh that grows by the vertices of cells.
 #[derive(Default)]
 struct Extraction {
     mesh: TriangleMesh,
     has_colors: bool,
+    has_rims: bool,
     /// By block.
-    vertices: Vec<CellVertices>,
-    /// Of each vertex its cell, and the corners of that behind the surface, as bits.
-    cells: Vec<([i32; 3], u8)>,
+    vertices: FxHashMap<[i32; 3], CellVertices>,
+    /// Of each vertex its cell, whether the first corner of that lies behind the surface, and the axes along which the surface crosses
+    /// the edge from there.
+    cells: Vec<([i32; 3], bool, [bool; 3])>,
 }
 
-/// The surface of a field with voxels of this size (m); `variance` is that of a weight of 1 (m^2). Normals are left out.
-pub(super) fn extract(blocks: &Blocks, voxel_size: f32, variance: f32) -> TriangleMesh {
-    let mut extraction = Extraction::default();
-    for state in &blocks.states {
-        let corners = Corners::of(blocks, state.corner);
-        let vertices = extraction.add_vertices(&corners, state.corner, voxel_size, variance);
-        extraction.vertices.push(vertices);
+/// The surface of a field with voxels of this size (m); `variance` is that of a weight of 1 (m^2). Cells in which the
+/// surface ends have vertices where `has_rims`. Normals are left out.
+pub(super) fn extract(blocks: &Blocks, voxel_size: f32, variance: f32, has_rims: bool) -> TriangleMesh {
+    let mut extraction = Extraction { has_rims, ..Extraction::default() };
+    for block in with_blocks_before(blocks) {
+        if let Some(vertices) = extraction.add_vertices(&Corners::of(blocks, block), block, voxel_size, variance) {
+            extraction.vertices.insert(block, vertices);
+        }
     }
     if !extraction.has_colors {
         extraction.mesh.colors.clear();
     }
-    extraction.add_triangles(blocks);
+    extraction.add_triangles();
     extraction.mesh
+}
+
+/// The corners of the blocks, and of those before them whose cells reach into them.
+fn with_blocks_before(blocks: &Blocks) -> Vec<[i32; 3]> {
+    let mut all: Vec<[i32; 3]> = blocks.states.iter().map(|state| state.corner).collect();
+    let mut before = FxHashSet::default();
+    for &[x, y, z] in &all {
+        let of_block = positions(2).map(|(dz, dy, dx)| [x - dx as i32, y - dy as i32, z - dz as i32]);
+        before.extend(of_block.filter(|&corner| blocks.number(corner).is_none()));
+    }
+    all.extend(before);
+    all
 }
 
 /// The corners of a block's cells.
 struct Corners<'a> {
     /// The block and the next ones, along x, y and z as bits.
     blocks: [Option<KnownBlock<'a>>; 8],
-    /// What each corner is.
+    /// What each corner is; 0: not measured.
     kinds: [u8; CORNERS * CORNERS * CORNERS],
 }
 
@@ -72,8 +87,12 @@ struct CellVertex {
     /// Means of the corners'.
     weight: f32,
     noisy_views: f32,
-    /// The corners behind the surface, as bits.
-    behind: u8,
+    /// Whether the surface ends in the cell: corners are not known, or edges jump.
+    is_rim: bool,
+    /// Whether the first corner lies behind the surface.
+    is_behind: bool,
+    /// The axes along which the surface crosses the edge from the first corner.
+    is_crossed: [bool; 3],
 }
 
 const fn corner_index(x: usize, y: usize, z: usize) -> usize {
@@ -82,7 +101,7 @@ const fn corner_index(x: usize, y: usize, z: usize) -> usize {
 
 impl<'a> Corners<'a> {
     fn of(blocks: &'a Blocks, corner: [i32; 3]) -> Self {
-        let mut all = Self { blocks: [None; 8], kinds: [UNKNOWN; CORNERS * CORNERS * CORNERS] };
+        let mut all = Self { blocks: [None; 8], kinds: [0; CORNERS * CORNERS * CORNERS] };
         for (bits, (dz, dy, dx)) in positions(2).enumerate() {
             let Some(block) = blocks.get([corner[0] + dx as i32, corner[1] + dy as i32, corner[2] + dz as i32]) else {
                 continue;
@@ -98,7 +117,7 @@ impl<'a> Corners<'a> {
                         let at = index(x, y, z);
                         let kind = if distances[at] < 0 { BEHIND } else { IN_FRONT };
                         let is_there = weights[at] > least[at / PART_VOXELS];
-                        all.kinds[to + x] = if is_there { kind } else { UNKNOWN };
+                        all.kinds[to + x] = if is_there { kind } else { 0 };
                     }
                 }
             }
@@ -106,7 +125,7 @@ impl<'a> Corners<'a> {
         all
     }
 
-    /// Visits the cells that the surface crosses and whose corners are all known.
+    /// Visits the cells with corners on both sides of the surface.
     fn for_each_crossed(&self, mut work: impl FnMut(usize, usize, usize)) {
         for z in 0..SIDE {
             for y in 0..SIDE {
@@ -125,42 +144,56 @@ impl<'a> Corners<'a> {
         }
     }
 
-    /// A corner that is known.
-    fn voxel(&self, x: usize, y: usize, z: usize) -> Voxel {
-        let block = self.blocks[(z / SIDE * 2 + y / SIDE) * 2 + x / SIDE];
-        block.map_or_else(Voxel::default, |block| block.voxel(index(x % SIDE, y % SIDE, z % SIDE)))
+    /// A corner, where it is known.
+    fn voxel(&self, [x, y, z]: [usize; 3]) -> Option<Voxel> {
+        if self.kinds[corner_index(x, y, z)] == 0 {
+            return None;
+        }
+        let block = self.blocks[(z / SIDE * 2 + y / SIDE) * 2 + x / SIDE]?;
+        Some(block.voxel(index(x % SIDE, y % SIDE, z % SIDE)))
     }
 
-    /// The vertex of a cell that the surface crosses; none where the distances change by too much.
+    /// The vertex of a cell: the mean of where the surface crosses the edges between corners that are known; none where it crosses none, or
+    /// more of them jump: that is noise.
     fn vertex(&self, x: usize, y: usize, z: usize) -> Option<CellVertex> {
-        let mut voxels = [Voxel::default(); 8];
-        let (mut weight, mut noisy_views, mut behind) = (0.0, 0.0, 0);
-        for (bits, voxel) in voxels.iter_mut().enumerate() {
-            *voxel = self.voxel(x + (bits & 1), y + (bits >> 1 & 1), z + (bits >> 2));
-            weight += voxel.weight / 8.0;
-            noisy_views += voxel.noisy_views / 8.0;
-            behind |= u8::from(voxel.distance < 0.0) << bits;
-        }
-        let (mut sum, mut count) = (Vec3::ZERO, 0.0);
+        let corner = |bits: usize| self.voxel([x + (bits & 1), y + (bits >> 1 & 1), z + (bits >> 2)]);
+        let voxels: [Option<Voxel>; 8] = std::array::from_fn(corner);
+        // What is free is free up to the truncation, however far away the surface is that was seen behind it.
+        let distances = voxels.map(|voxel| voxel.map(|voxel| voxel.distance.min(MIN_TRUNCATION_VOXELS)));
+        let (mut sum, mut count, mut num_jumps, mut is_crossed) = (Vec3::ZERO, 0.0, 0.0, [false; 3]);
         for [from, to] in EDGES {
-            let (a, b) = (voxels[from].distance, voxels[to].distance);
+            let (Some(a), Some(b)) = (distances[from], distances[to]) else { continue };
             if (a < 0.0) == (b < 0.0) {
                 continue;
             }
             if (a - b).abs() > MAX_CHANGE {
-                return None;
+                num_jumps += 1.0;
+                continue;
+            }
+            if from == 0 {
+                is_crossed[to / 2] = true;
             }
             let place = |bits: usize| Vec3::new((bits & 1) as f32, (bits >> 1 & 1) as f32, (bits >> 2) as f32);
             sum += place(from).lerp(place(to), a / (a - b));
             count += 1.0;
         }
-        Some(CellVertex { place: sum / count, color: mean_color(&voxels), weight, noisy_views, behind })
+        let known = || voxels.iter().flatten();
+        let mean = |value: fn(&Voxel) -> f32| known().map(value).sum::<f32>() / known().count() as f32;
+        (count > 0.0 && count >= num_jumps).then(|| CellVertex {
+            place: sum / count,
+            color: mean_color(known().filter_map(|voxel| voxel.color)),
+            weight: mean(|voxel| voxel.weight),
+            noisy_views: mean(|voxel| voxel.noisy_views),
+            is_rim: num_jumps > 0.0 || known().count() < voxels.len(),
+            is_behind: distances[0].is_some_and(|distance| distance < 0.0),
+            is_crossed,
+        })
     }
 }
 
-fn mean_color(voxels: &[Voxel; 8]) -> Option<[u8; 3]> {
+fn mean_color(colors: impl Iterator<Item = [u8; 3]>) -> Option<[u8; 3]> {
     let (mut sum, mut count) = ([0u32; 3], 0);
-    for color in voxels.iter().filter_map(|voxel| voxel.color) {
+    for color in colors {
         for (sum, value) in sum.iter_mut().zip(color) {
             *sum += u32::from(value);
         }
@@ -170,20 +203,29 @@ fn mean_color(voxels: &[Voxel; 8]) -> Option<[u8; 3]> {
 }
 
 impl Extraction {
-    fn add_vertices(&mut self, corners: &Corners, block: [i32; 3], voxel_size: f32, variance: f32) -> CellVertices {
-        let mut numbers: CellVertices = None;
+    fn add_vertices(
+        &mut self,
+        corners: &Corners,
+        block: [i32; 3],
+        voxel_size: f32,
+        variance: f32,
+    ) -> Option<CellVertices> {
+        let mut numbers: Option<CellVertices> = None;
         corners.for_each_crossed(|x, y, z| {
-            let Some(vertex) = corners.vertex(x, y, z) else { return };
+            let is_kept = |vertex: &CellVertex| self.has_rims || !vertex.is_rim;
+            let Some(vertex) = corners.vertex(x, y, z).filter(is_kept) else { return };
             numbers.get_or_insert_with(|| Box::new([NONE; VOXELS]))[index(x, y, z)] = self.cells.len() as u32;
             let cell = [x, y, z].map(|at| at as i32);
             let cell = [0, 1, 2].map(|axis| block[axis] * SIDE as i32 + cell[axis]);
             // Corners of cells are the centres of voxels.
             let place = Vec3::new(cell[0] as f32, cell[1] as f32, cell[2] as f32) + vertex.place + 0.5;
-            self.cells.push((cell, vertex.behind));
+            self.cells.push((cell, vertex.is_behind, vertex.is_crossed));
             self.mesh.positions.push(place * voxel_size);
             // That of the mean of independent views, and what noise they share, which is in each of them.
             let views = 1.0 + (SHARED_ERROR * SHARED_ERROR) as f32 * vertex.noisy_views;
-            self.mesh.deviations.push((views * variance / vertex.weight).sqrt());
+            // At a rim the vertex may lie anywhere in the cell.
+            let of_place = if vertex.is_rim { voxel_size * voxel_size / 12.0 } else { 0.0 };
+            self.mesh.deviations.push((views * variance / vertex.weight + of_place).sqrt());
             self.mesh.colors.push(vertex.color.unwrap_or([128; 3]));
             self.has_colors |= vertex.color.is_some();
         });
@@ -191,19 +233,15 @@ impl Extraction {
     }
 
     /// Two triangles for each edge from the first corner of a cell that the surface crosses, between the four cells around it.
-    fn add_triangles(&mut self, blocks: &Blocks) {
+    fn add_triangles(&mut self) {
         for vertex in 0..self.cells.len() {
-            let (cell, behind) = self.cells[vertex];
-            for axis in 0..3 {
-                let is_behind = behind & 1 == 1;
-                if is_behind == (behind >> (1 << axis) & 1 == 1) {
-                    continue;
-                }
+            let (cell, is_behind, is_crossed) = self.cells[vertex];
+            for axis in (0..3).filter(|&axis| is_crossed[axis]) {
                 let before = |right: bool, up: bool| {
                     let mut cell = cell;
                     cell[(axis + 1) % 3] -= i32::from(right);
                     cell[(axis + 2) % 3] -= i32::from(up);
-                    self.vertex_of(blocks, cell)
+                    self.vertex_of(cell)
                 };
                 let around = (before(true, true), before(false, true), before(true, false));
                 if let (Some(a), Some(b), Some(d)) = around {
@@ -214,11 +252,10 @@ impl Extraction {
         }
     }
 
-    fn vertex_of(&self, blocks: &Blocks, [x, y, z]: [i32; 3]) -> Option<u32> {
+    fn vertex_of(&self, [x, y, z]: [i32; 3]) -> Option<u32> {
         let side = SIDE as i32;
-        let block = blocks.number([x.div_euclid(side), y.div_euclid(side), z.div_euclid(side)])?;
+        let vertices = self.vertices.get(&[x, y, z].map(|at| at.div_euclid(side)))?;
         let [x, y, z] = [x.rem_euclid(side), y.rem_euclid(side), z.rem_euclid(side)];
-        let vertices = self.vertices[block].as_ref()?;
         Some(vertices[index(x as usize, y as usize, z as usize)]).filter(|&vertex| vertex != NONE)
     }
 }

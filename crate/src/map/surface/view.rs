@@ -344,8 +344,10 @@ impl Touched {
     /// Takes in the blocks along the ray of a pixel that lie within the truncation.
     #[inline]
     fn see(&mut self, seen: &Seen, [column, row]: [usize; 2], optics: &Optics) {
-        // The more often both are even, the wider apart are the pixels that are alike.
-        let power = ((column | row).trailing_zeros() as usize).min(self.depths.len() - 1);
+        // The more often both are even, the wider apart are the pixels that are alike. The last column and row are among all of these.
+        let of_side = |at: usize, rays: &[f32]| if at + 1 == rays.len() { 0 } else { at };
+        let either = of_side(column, &optics.rays[0]) | of_side(row, &optics.rays[1]);
+        let power = (either.trailing_zeros() as usize).min(self.depths.len() - 1);
         if seen.depth < self.depths[power] {
             return;
         }
