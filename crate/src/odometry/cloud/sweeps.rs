@@ -12,6 +12,7 @@ use super::gyro::Gyro;
 use super::options::CloudOptions;
 use super::prepared::PreparedCloud;
 use super::skew_test::{SkewTest, left_over};
+use super::start::Started;
 use super::{CloudEstimate, CloudOdometry, Found, RegisteredCloud};
 use crate::error::Result;
 use crate::geometry::quantile::quantile;
@@ -19,19 +20,16 @@ use crate::geometry::{PointCloud, Pose3, RigidMotion};
 use crate::odometry::assessment::Status;
 use crate::preprocess::deskew::{SweepMotion, deskew};
 
-/// A sweep is straightened at most so often, and is doubtful where that is not enough. Nine were needed in four worlds, from rest at 2 rad/s, where
-/// each took the velocity that the last one had found; Newton's steps were not counted there.
-const MAX_PASSES: usize = 12;
-const STILL_CHANGING: &str = "the velocity by which it is straightened was still changing with each registration";
-
 /// A sweep's estimate, and the motion that straightens its points.
 pub struct SweepEstimate {
     /// The pose of the sensor at the time stamp of the frame, in the frame of the first one at its own.
     pub estimate: CloudEstimate,
     /// Velocities of the sensor during sweeps that are known from now on, with the numbers of the sweeps: the tangent of its motion in its
     /// own frame in a second (rotation first). That of the first sweep comes with the second one's; where sweeps turn out to have been
-    /// straightened already, all are zero.
+    /// straightened already, all are zero. Those of the first ones come once more when these are registered again, ...
     pub velocities: Vec<(usize, Vector6<f64>)>,
+    /// ... with their poses from now on.
+    pub earlier: Vec<(usize, Pose3)>,
 }
 
 /// Odometry of sweeps whose points have times. The world frame is that of the sensor at the time stamp of the first sweep.
@@ -41,7 +39,11 @@ pub struct SweepOdometry {
     num_sweeps: usize,
     /// The first sweep with its number, as long as it is not straightened.
     pub(super) first: Option<(usize, Sweep)>,
-    T_world_stamp_of_first: Pose3,
+    /// The first sweep in its middle, and at its time stamp.
+    pub(super) T_world_first: Pose3,
+    pub(super) T_world_stamp_of_first: Pose3,
+    /// The first sweeps, as long as they are to be registered again.
+    pub(super) start: Option<Vec<Started>>,
     /// When the last registered sweep was measured (s).
     last_time: Option<f64>,
     pub(super) velocity: Option<Vector6<f64>>,
@@ -104,12 +106,12 @@ impl Sweep {
     }
 
     /// Whether this change of the velocity moves its ends as little as the last step of a registration that has converged.
-    fn is_near(&self, change: &Vector6<f64>, options: &CloudOptions) -> bool {
+    pub(super) fn is_near(&self, change: &Vector6<f64>, options: &CloudOptions) -> bool {
         self.bend(change) < super::MOVING_STEP * options.voxel_size
     }
 
     /// Times of points after the middle (s).
-    fn times_of(&self, points: &[usize]) -> Vec<f64> {
+    pub(super) fn times_of(&self, points: &[usize]) -> Vec<f64> {
         let times = self.cloud.times.iter();
         let after = times
             .flat_map(|times| points.iter().map(|&point| times.origin + f64::from(times.offsets[point]) - self.middle));
@@ -122,7 +124,7 @@ impl Sweep {
     }
 
     /// The pose at the time stamp, from that in the middle.
-    fn at_stamp(&self, T_world_middle: &Pose3, velocity: &Vector6<f64>) -> Pose3 {
+    pub(super) fn at_stamp(&self, T_world_middle: &Pose3, velocity: &Vector6<f64>) -> Pose3 {
         T_world_middle * <Pose3 as RigidMotion>::exp(&(-self.middle * velocity))
     }
 }
@@ -138,7 +140,9 @@ impl SweepOdometry {
             options,
             num_sweeps: 0,
             first: None,
+            T_world_first: Pose3::identity(),
             T_world_stamp_of_first: Pose3::identity(),
+            start: None,
             last_time: None,
             velocity: None,
             is_last_good: false,
@@ -198,9 +202,10 @@ impl SweepOdometry {
         self.clouds.are_in_largest_part()
     }
 
-    /// The sweep that was registered last, as it is seen from its middle, in a world of its own; `None` before the first one is straightened.
+    /// The sweep that was registered last, as it is seen from its middle, in a world of its own; `None` before the start is registered
+    /// again.
     pub(crate) fn last_registered(&self) -> Option<RegisteredCloud<'_>> {
-        self.clouds.last_registered().filter(|_| self.first.is_none())
+        self.clouds.last_registered().filter(|_| self.first.is_none() && self.start.is_none())
     }
 
     /// A motion of that world as one of the world of the poses.
@@ -235,9 +240,12 @@ impl SweepOdometry {
         self.doubt_unknown_turn(&sweep, &mut found);
         let (mut velocity, frame, found) = found;
         let mut velocities = vec![(number, velocity)];
+        let time = self.start.iter().flatten().last().map_or(0.0, |last| last.time) + self.interval(&sweep);
         if let Some((first_number, first)) = self.first.take() {
             self.T_world_stamp_of_first = first.at_stamp(&Pose3::identity(), &velocity);
             velocities.push((first_number, velocity));
+            let (number, T_world_middle) = (first_number, Pose3::identity());
+            self.start = Some(vec![Started { number, sweep: first, time: 0.0, T_world_middle, velocity }]);
         }
         self.test_skew(&mut sweep, &velocity, &frame, &found);
         self.compare_gyro(&sweep, &found);
@@ -247,14 +255,16 @@ impl SweepOdometry {
         {
             self.clouds.begin(as_it_is);
             // As it is, a sweep is seen from where its time stamp is.
-            (velocity, self.T_world_stamp_of_first) = (Vector6::zeros(), Pose3::identity());
+            (velocity, self.T_world_stamp_of_first) = (Vector6::zeros(), self.T_world_first);
             velocities = (0..=number).map(|number| (number, velocity)).collect();
         }
         (self.last_time, self.velocity) = (sweep.time, velocities.first().map(|(_, velocity)| *velocity));
         self.is_last_good = estimate.assessment.status == Status::Good;
         self.largest_bend = self.largest_bend.max(sweep.bend(&velocity));
         estimate.T_world_sensor = self.in_world(&sweep, &estimate.T_world_sensor, &velocity);
-        SweepEstimate { estimate, velocities }
+        let found = SweepEstimate { estimate, velocities, earlier: Vec::new() };
+        let T_world_middle = self.clouds.T_world_last;
+        self.with_start(found, Started { number, sweep, time, T_world_middle, velocity })
     }
 
     /// Registers a sweep from the last velocity, and from what a gyroscope says of it: from that alone where it is confirmed and comes to a
@@ -305,38 +315,13 @@ impl SweepOdometry {
         }
     }
 
-    /// Registers a sweep and straightens it by what that finds, until both agree.
+    /// [`find_after`](Self::find_after) the usual time.
     pub(super) fn find_from(
         &mut self,
         sweep: &mut Sweep,
-        mut velocity: Vector6<f64>,
+        velocity: Vector6<f64>,
     ) -> std::result::Result<FoundSweep, Box<CloudEstimate>> {
-        let (interval, mut motion, mut num_passes) = (self.interval(sweep), None, 0);
-        loop {
-            num_passes += 1;
-            let frame = sweep.straight(&velocity, &self.options);
-            let mut found = self.clouds.find(&frame, motion.as_ref())?;
-            if self.is_refuted() || sweep.span <= 0.0 {
-                return Ok((velocity, frame, found));
-            }
-            let mut times = sweep.times_of(&frame.registered());
-            if self.first.is_some() {
-                // It is straightened along: what both see at the same time of a sweep moves alike.
-                times.fill(0.0);
-            }
-            let change = self.clouds.agree(&frame, &mut found, &times, (&velocity, interval));
-            velocity += change;
-            self.straighten_first(&velocity);
-            let is_settled = sweep.is_near(&change, &self.options);
-            if is_settled || num_passes == MAX_PASSES {
-                if !is_settled {
-                    found.candidate.assessment.doubt(STILL_CHANGING);
-                }
-                return Ok((velocity, sweep.straight(&velocity, &self.options), found));
-            }
-            self.clouds.last_motion = self.clouds.T_world_last.inverse() * found.T_world_sensor;
-            motion = Some(self.clouds.last_motion);
-        }
+        self.find_after(sweep, velocity, (self.interval(sweep), None))
     }
 
     /// Compares this sweep and the last one as they are and straightened, where that makes a difference and is not decided. Normals are estimated
@@ -367,16 +352,16 @@ impl SweepOdometry {
             self.last_time = sweep.time;
             self.first = Some((number, sweep));
         }
-        SweepEstimate { estimate, velocities: Vec::new() }
+        SweepEstimate { estimate, velocities: Vec::new(), earlier: Vec::new() }
     }
 
     fn lost(&self, number: usize, sweep: &Sweep, mut estimate: CloudEstimate) -> SweepEstimate {
         let velocity = self.velocity.unwrap_or_default();
         estimate.T_world_sensor = self.in_world(sweep, &estimate.T_world_sensor, &velocity);
-        SweepEstimate { estimate, velocities: vec![(number, velocity)] }
+        SweepEstimate { estimate, velocities: vec![(number, velocity)], earlier: Vec::new() }
     }
 
-    fn in_world(&self, sweep: &Sweep, T_world_middle: &Pose3, velocity: &Vector6<f64>) -> Pose3 {
+    pub(super) fn in_world(&self, sweep: &Sweep, T_world_middle: &Pose3, velocity: &Vector6<f64>) -> Pose3 {
         let T = self.T_world_stamp_of_first.inverse() * sweep.at_stamp(T_world_middle, velocity);
         <Pose3 as RigidMotion>::renormalized(&T)
     }
