@@ -9,7 +9,7 @@ use std::iter;
 
 use nalgebra::{DMatrix, Matrix6, Vector6};
 
-use super::sweeps::{Sweep, SweepEstimate, SweepOdometry};
+use super::sweeps::{Started, SweepEstimate, SweepOdometry};
 use super::{CloudEstimate, CloudOdometry};
 use crate::geometry::{Pose3, RigidMotion};
 use crate::odometry::assessment::Status;
@@ -17,18 +17,9 @@ use crate::odometry::assessment::Status;
 /// Sweeps that are registered again. In the mean of 24 drives the error over that without skew is 1.12 (16 rings), 1.06 (32) and, of 18 drives, 1.34
 /// (rosette) with none, 0.71, 0.76 and 1.24 with five, and 0.63, 0.71 and 1.05 with eight.
 const NUM_SWEEPS: usize = 8;
-/// Ratio of variances from which the velocity is taken to change: by chance one start in 100 has as much (F distribution, 6 and 30 degrees of freedom).
+/// Ratio of variances from which the velocity is taken to change: by chance about one start in 100 has as much (F distribution, 6 and 30 degrees of freedom:
+/// 3.47).
 const SIGNIFICANT: f64 = 3.5;
-
-/// A sweep of the start.
-pub(super) struct Started {
-    pub(super) number: usize,
-    pub(super) sweep: Sweep,
-    /// When its middle was measured, after that of the first one (s).
-    pub(super) time: f64,
-    pub(super) T_world_middle: Pose3,
-    pub(super) velocity: Vector6<f64>,
-}
 
 impl SweepOdometry {
     /// Adds a sweep to the start, as long as all are good, and to its estimate what registering all again finds.
@@ -93,8 +84,8 @@ impl SweepOdometry {
     }
 }
 
-/// The velocity during the first of these sweeps by least squares over the motion up to each: constant, or with a constant change where the residuals,
-/// weighed by this information of a step, are significantly smaller with it.
+/// The velocity during the first of these sweeps by least squares over the motion up to each: a polynomial of time, whose degree rises from one as long as the
+/// residuals, weighed by this information of a step, are significantly smaller with the next one.
 fn velocity_at_first(sweeps: &[&Started], information: &Matrix6<f64>) -> Option<Vector6<f64>> {
     let steps = sweeps.windows(2).map(|pair| (pair[0].T_world_middle.inverse() * pair[1].T_world_middle).log());
     let sums = steps.scan(Vector6::zeros(), |way, step| {
@@ -111,8 +102,14 @@ fn velocity_at_first(sweeps: &[&Started], information: &Matrix6<f64>) -> Option<
         let left = (&residuals * information * residuals.transpose()).trace();
         Some((Vector6::from_iterator(coefficients.row(1).iter().copied()), left))
     };
-    let [(constant, left_constant), (changing, left_changing)] = [fit(1)?, fit(2)?];
-    let freedom = sweeps.len() as f64 - 3.0;
-    let is_changing = freedom * (left_constant - left_changing) > SIGNIFICANT * left_changing;
-    Some(if is_changing { changing } else { constant })
+    let (mut velocity, mut left) = fit(1)?;
+    for degree in 2..=sweeps.len() / 2 {
+        let (changing, left_changing) = fit(degree)?;
+        let freedom = (sweeps.len() - degree - 1) as f64;
+        if freedom * (left - left_changing) <= SIGNIFICANT * left_changing {
+            break;
+        }
+        (velocity, left) = (changing, left_changing);
+    }
+    Some(velocity)
 }

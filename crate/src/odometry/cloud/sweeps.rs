@@ -3,8 +3,8 @@
 //! Each point has its time, and the sensor is taken to move with a constant velocity during a sweep: at first that of the last one,
 //! then that from the last sweep to this one (Vizzo et al., "KISS-ICP", RA-L 8 (2023), section III-A, straightens once, with the last
 //! velocity). Sweeps are registered as they are seen from their middle, where an error of the velocity does the least harm. The first
-//! one is straightened when the second one is there. Where sweeps fit one another better as they are, they are left so. A gyroscope, where
-//! there is one, proposes another motion to begin with.
+//! one is straightened when the second one is there, and the first eight are registered again. Where sweeps fit one another better as
+//! they are, they are left so. A gyroscope, where there is one, proposes another motion to begin with.
 
 use nalgebra::{Translation3, UnitQuaternion, Vector3, Vector6};
 
@@ -12,7 +12,6 @@ use super::gyro::Gyro;
 use super::options::CloudOptions;
 use super::prepared::PreparedCloud;
 use super::skew_test::{SkewTest, left_over};
-use super::start::Started;
 use super::{CloudEstimate, CloudOdometry, Found, RegisteredCloud};
 use crate::error::Result;
 use crate::geometry::quantile::quantile;
@@ -74,6 +73,16 @@ pub(super) struct Sweep {
     time: Option<f64>,
     /// Median distance of the points from the sensor (m).
     range: f64,
+}
+
+/// One of the first sweeps, which are registered again.
+pub(super) struct Started {
+    pub(super) number: usize,
+    pub(super) sweep: Sweep,
+    /// When its middle was measured, after that of the first one (s).
+    pub(super) time: f64,
+    pub(super) T_world_middle: Pose3,
+    pub(super) velocity: Vector6<f64>,
 }
 
 /// A sweep that was found: its velocity, as it was registered, and where.
@@ -315,7 +324,7 @@ impl SweepOdometry {
         }
     }
 
-    /// [`find_after`](Self::find_after) the usual time.
+    /// [`find_after`](Self::find_after) the time from the last sweep to this one.
     pub(super) fn find_from(
         &mut self,
         sweep: &mut Sweep,
