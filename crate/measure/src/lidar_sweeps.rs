@@ -97,7 +97,9 @@ fn straightened(clouds: &[PointCloud]) -> Vec<(Pose3, Status)> {
     for (number, cloud) in clouds.iter().enumerate() {
         let found =
             odometry.register_sweep(PreparedCloud::downsampled(cloud, &options).unwrap(), Some(0.1 * number as f64));
-        found.earlier.into_iter().for_each(|(number, pose)| all[number].0 = pose);
+        for (number, pose) in found.earlier {
+            all[number].0 = pose;
+        }
         all.push((found.estimate.T_world_sensor, found.estimate.assessment.status));
     }
     within_largest_part(all, &odometry.are_in_largest_part())

@@ -238,7 +238,9 @@ impl QuantisationHypothesis {
                 }
                 let SweepEstimate { estimate, velocities, earlier } = odometry.register_sweep(cloud, stamp);
                 self.velocities.extend(velocities);
-                earlier.into_iter().for_each(|(number, pose)| self.estimates[number].T_world_sensor = pose);
+                for (number, pose) in earlier {
+                    self.estimates[number].T_world_sensor = pose;
+                }
                 of_cloud(estimate)
             }
             // Preparation, which knows the method, makes no other pairs.
