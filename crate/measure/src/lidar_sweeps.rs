@@ -93,13 +93,16 @@ fn within_largest_part(mut found: Vec<(Pose3, Status)>, are_inside: &[bool]) -> 
 fn straightened(clouds: &[PointCloud]) -> Vec<(Pose3, Status)> {
     let options = options_for(&clouds[0]);
     let mut odometry = SweepOdometry::new(options).unwrap();
-    let register = |(number, cloud): (usize, &PointCloud)| {
+    let mut all: Vec<(Pose3, Status)> = Vec::new();
+    for (number, cloud) in clouds.iter().enumerate() {
         let found =
             odometry.register_sweep(PreparedCloud::downsampled(cloud, &options).unwrap(), Some(0.1 * number as f64));
-        (found.estimate.T_world_sensor, found.estimate.assessment.status)
-    };
-    let found = clouds.iter().enumerate().map(register).collect();
-    within_largest_part(found, &odometry.are_in_largest_part())
+        for (number, pose) in found.earlier {
+            all[number].0 = pose;
+        }
+        all.push((found.estimate.T_world_sensor, found.estimate.assessment.status));
+    }
+    within_largest_part(all, &odometry.are_in_largest_part())
 }
 
 /// Straightened by the motion that the drive has in truth.

@@ -11,6 +11,7 @@ pub mod options;
 mod parts;
 pub mod prepared;
 mod skew_test;
+mod start;
 pub mod sweeps;
 mod turns;
 mod velocity;

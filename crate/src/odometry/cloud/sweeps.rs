@@ -3,8 +3,8 @@
 //! Each point has its time, and the sensor is taken to move with a constant velocity during a sweep: at first that of the last one,
 //! then that from the last sweep to this one (Vizzo et al., "KISS-ICP", RA-L 8 (2023), section III-A, straightens once, with the last
 //! velocity). Sweeps are registered as they are seen from their middle, where an error of the velocity does the least harm. The first
-//! one is straightened when the second one is there. Where sweeps fit one another better as they are, they are left so. A gyroscope, where
-//! there is one, proposes another motion to begin with.
+//! one is straightened when the second one is there, and the first eight are registered again. Where sweeps fit one another better as
+//! they are, they are left so. A gyroscope, where there is one, proposes another motion to begin with.
 
 use nalgebra::{Translation3, UnitQuaternion, Vector3, Vector6};
 
@@ -19,19 +19,16 @@ use crate::geometry::{PointCloud, Pose3, RigidMotion};
 use crate::odometry::assessment::Status;
 use crate::preprocess::deskew::{SweepMotion, deskew};
 
-/// A sweep is straightened at most so often, and is doubtful where that is not enough. Nine were needed in four worlds, from rest at 2 rad/s, where
-/// each took the velocity that the last one had found; Newton's steps were not counted there.
-const MAX_PASSES: usize = 12;
-const STILL_CHANGING: &str = "the velocity by which it is straightened was still changing with each registration";
-
 /// A sweep's estimate, and the motion that straightens its points.
 pub struct SweepEstimate {
     /// The pose of the sensor at the time stamp of the frame, in the frame of the first one at its own.
     pub estimate: CloudEstimate,
     /// Velocities of the sensor during sweeps that are known from now on, with the numbers of the sweeps: the tangent of its motion in its
     /// own frame in a second (rotation first). That of the first sweep comes with the second one's; where sweeps turn out to have been
-    /// straightened already, all are zero.
+    /// straightened already, all are zero. Those of the first ones come once more when these are registered again, ...
     pub velocities: Vec<(usize, Vector6<f64>)>,
+    /// ... with their poses from now on.
+    pub earlier: Vec<(usize, Pose3)>,
 }
 
 /// Odometry of sweeps whose points have times. The world frame is that of the sensor at the time stamp of the first sweep.
@@ -41,7 +38,11 @@ pub struct SweepOdometry {
     num_sweeps: usize,
     /// The first sweep with its number, as long as it is not straightened.
     pub(super) first: Option<(usize, Sweep)>,
-    T_world_stamp_of_first: Pose3,
+    /// The first sweep in its middle, and at its time stamp.
+    pub(super) T_world_first: Pose3,
+    pub(super) T_world_stamp_of_first: Pose3,
+    /// The first sweeps, as long as they are to be registered again.
+    pub(super) start: Option<Vec<Started>>,
     /// When the last registered sweep was measured (s).
     last_time: Option<f64>,
     pub(super) velocity: Option<Vector6<f64>>,
@@ -74,6 +75,16 @@ pub(super) struct Sweep {
     range: f64,
 }
 
+/// One of the first sweeps, which are registered again.
+pub(super) struct Started {
+    pub(super) number: usize,
+    pub(super) sweep: Sweep,
+    /// When its middle was measured, after that of the first one (s).
+    pub(super) time: f64,
+    pub(super) T_world_middle: Pose3,
+    pub(super) velocity: Vector6<f64>,
+}
+
 /// A sweep that was found: its velocity, as it was registered, and where.
 pub(super) type FoundSweep = (Vector6<f64>, PreparedCloud, Found);
 
@@ -104,12 +115,12 @@ impl Sweep {
     }
 
     /// Whether this change of the velocity moves its ends as little as the last step of a registration that has converged.
-    fn is_near(&self, change: &Vector6<f64>, options: &CloudOptions) -> bool {
+    pub(super) fn is_near(&self, change: &Vector6<f64>, options: &CloudOptions) -> bool {
         self.bend(change) < super::MOVING_STEP * options.voxel_size
     }
 
     /// Times of points after the middle (s).
-    fn times_of(&self, points: &[usize]) -> Vec<f64> {
+    pub(super) fn times_of(&self, points: &[usize]) -> Vec<f64> {
         let times = self.cloud.times.iter();
         let after = times
             .flat_map(|times| points.iter().map(|&point| times.origin + f64::from(times.offsets[point]) - self.middle));
@@ -122,7 +133,7 @@ impl Sweep {
     }
 
     /// The pose at the time stamp, from that in the middle.
-    fn at_stamp(&self, T_world_middle: &Pose3, velocity: &Vector6<f64>) -> Pose3 {
+    pub(super) fn at_stamp(&self, T_world_middle: &Pose3, velocity: &Vector6<f64>) -> Pose3 {
         T_world_middle * <Pose3 as RigidMotion>::exp(&(-self.middle * velocity))
     }
 }
@@ -138,7 +149,9 @@ impl SweepOdometry {
             options,
             num_sweeps: 0,
             first: None,
+            T_world_first: Pose3::identity(),
             T_world_stamp_of_first: Pose3::identity(),
+            start: None,
             last_time: None,
             velocity: None,
             is_last_good: false,
@@ -198,9 +211,10 @@ impl SweepOdometry {
         self.clouds.are_in_largest_part()
     }
 
-    /// The sweep that was registered last, as it is seen from its middle, in a world of its own; `None` before the first one is straightened.
+    /// The sweep that was registered last, as it is seen from its middle, in a world of its own; `None` before the start is registered
+    /// again.
     pub(crate) fn last_registered(&self) -> Option<RegisteredCloud<'_>> {
-        self.clouds.last_registered().filter(|_| self.first.is_none())
+        self.clouds.last_registered().filter(|_| self.first.is_none() && self.start.is_none())
     }
 
     /// A motion of that world as one of the world of the poses.
@@ -235,9 +249,12 @@ impl SweepOdometry {
         self.doubt_unknown_turn(&sweep, &mut found);
         let (mut velocity, frame, found) = found;
         let mut velocities = vec![(number, velocity)];
+        let time = self.start.iter().flatten().last().map_or(0.0, |last| last.time) + self.interval(&sweep);
         if let Some((first_number, first)) = self.first.take() {
             self.T_world_stamp_of_first = first.at_stamp(&Pose3::identity(), &velocity);
             velocities.push((first_number, velocity));
+            let (number, T_world_middle) = (first_number, Pose3::identity());
+            self.start = Some(vec![Started { number, sweep: first, time: 0.0, T_world_middle, velocity }]);
         }
         self.test_skew(&mut sweep, &velocity, &frame, &found);
         self.compare_gyro(&sweep, &found);
@@ -247,14 +264,16 @@ impl SweepOdometry {
         {
             self.clouds.begin(as_it_is);
             // As it is, a sweep is seen from where its time stamp is.
-            (velocity, self.T_world_stamp_of_first) = (Vector6::zeros(), Pose3::identity());
+            (velocity, self.T_world_stamp_of_first) = (Vector6::zeros(), self.T_world_first);
             velocities = (0..=number).map(|number| (number, velocity)).collect();
         }
         (self.last_time, self.velocity) = (sweep.time, velocities.first().map(|(_, velocity)| *velocity));
         self.is_last_good = estimate.assessment.status == Status::Good;
         self.largest_bend = self.largest_bend.max(sweep.bend(&velocity));
         estimate.T_world_sensor = self.in_world(&sweep, &estimate.T_world_sensor, &velocity);
-        SweepEstimate { estimate, velocities }
+        let found = SweepEstimate { estimate, velocities, earlier: Vec::new() };
+        let T_world_middle = self.clouds.T_world_last;
+        self.with_start(found, Started { number, sweep, time, T_world_middle, velocity })
     }
 
     /// Registers a sweep from the last velocity, and from what a gyroscope says of it: from that alone where it is confirmed and comes to a
@@ -305,38 +324,13 @@ impl SweepOdometry {
         }
     }
 
-    /// Registers a sweep and straightens it by what that finds, until both agree.
+    /// [`find_after`](Self::find_after) the time from the last sweep to this one.
     pub(super) fn find_from(
         &mut self,
         sweep: &mut Sweep,
-        mut velocity: Vector6<f64>,
+        velocity: Vector6<f64>,
     ) -> std::result::Result<FoundSweep, Box<CloudEstimate>> {
-        let (interval, mut motion, mut num_passes) = (self.interval(sweep), None, 0);
-        loop {
-            num_passes += 1;
-            let frame = sweep.straight(&velocity, &self.options);
-            let mut found = self.clouds.find(&frame, motion.as_ref())?;
-            if self.is_refuted() || sweep.span <= 0.0 {
-                return Ok((velocity, frame, found));
-            }
-            let mut times = sweep.times_of(&frame.registered());
-            if self.first.is_some() {
-                // It is straightened along: what both see at the same time of a sweep moves alike.
-                times.fill(0.0);
-            }
-            let change = self.clouds.agree(&frame, &mut found, &times, (&velocity, interval));
-            velocity += change;
-            self.straighten_first(&velocity);
-            let is_settled = sweep.is_near(&change, &self.options);
-            if is_settled || num_passes == MAX_PASSES {
-                if !is_settled {
-                    found.candidate.assessment.doubt(STILL_CHANGING);
-                }
-                return Ok((velocity, sweep.straight(&velocity, &self.options), found));
-            }
-            self.clouds.last_motion = self.clouds.T_world_last.inverse() * found.T_world_sensor;
-            motion = Some(self.clouds.last_motion);
-        }
+        self.find_after(sweep, velocity, (self.interval(sweep), None))
     }
 
     /// Compares this sweep and the last one as they are and straightened, where that makes a difference and is not decided. Normals are estimated
@@ -367,16 +361,16 @@ impl SweepOdometry {
             self.last_time = sweep.time;
             self.first = Some((number, sweep));
         }
-        SweepEstimate { estimate, velocities: Vec::new() }
+        SweepEstimate { estimate, velocities: Vec::new(), earlier: Vec::new() }
     }
 
     fn lost(&self, number: usize, sweep: &Sweep, mut estimate: CloudEstimate) -> SweepEstimate {
         let velocity = self.velocity.unwrap_or_default();
         estimate.T_world_sensor = self.in_world(sweep, &estimate.T_world_sensor, &velocity);
-        SweepEstimate { estimate, velocities: vec![(number, velocity)] }
+        SweepEstimate { estimate, velocities: vec![(number, velocity)], earlier: Vec::new() }
     }
 
-    fn in_world(&self, sweep: &Sweep, T_world_middle: &Pose3, velocity: &Vector6<f64>) -> Pose3 {
+    pub(super) fn in_world(&self, sweep: &Sweep, T_world_middle: &Pose3, velocity: &Vector6<f64>) -> Pose3 {
         let T = self.T_world_stamp_of_first.inverse() * sweep.at_stamp(T_world_middle, velocity);
         <Pose3 as RigidMotion>::renormalized(&T)
     }

@@ -8,9 +8,53 @@
 use nalgebra::Vector6;
 
 use super::prepared::PreparedCloud;
-use super::{CloudOdometry, Found};
+use super::sweeps::{FoundSweep, Sweep, SweepOdometry};
+use super::{CloudEstimate, CloudOdometry, Found};
 use crate::geometry::{Pose3, RigidMotion};
 use crate::registration::factors::{Correspondence, Factor, NormalEquations, PointToPlane};
+
+/// A sweep is straightened at most so often, and is doubtful where that is not enough. Nine were needed in four worlds, from rest at 2 rad/s, where
+/// each took the velocity that the last one had found; Newton's steps were not counted there.
+const MAX_PASSES: usize = 12;
+const STILL_CHANGING: &str = "the velocity by which it is straightened was still changing with each registration";
+
+impl SweepOdometry {
+    /// Registers a sweep this time (s) after the last one and straightens it by what that finds, until both agree; where it was found before, after this
+    /// motion from there.
+    pub(super) fn find_after(
+        &mut self,
+        sweep: &mut Sweep,
+        mut velocity: Vector6<f64>,
+        (interval, mut motion): (f64, Option<Pose3>),
+    ) -> Result<FoundSweep, Box<CloudEstimate>> {
+        let mut num_passes = 0;
+        loop {
+            num_passes += 1;
+            let frame = sweep.straight(&velocity, &self.options);
+            let mut found = self.clouds.find(&frame, motion.as_ref())?;
+            if self.is_refuted() || sweep.span <= 0.0 {
+                return Ok((velocity, frame, found));
+            }
+            let mut times = sweep.times_of(&frame.registered());
+            if self.first.is_some() {
+                // It is straightened along: what both see at the same time of a sweep moves alike.
+                times.fill(0.0);
+            }
+            let change = self.clouds.agree(&frame, &mut found, &times, (&velocity, interval));
+            velocity += change;
+            self.straighten_first(&velocity);
+            let is_settled = sweep.is_near(&change, &self.options);
+            if is_settled || num_passes == MAX_PASSES {
+                if !is_settled {
+                    found.candidate.assessment.doubt(STILL_CHANGING);
+                }
+                return Ok((velocity, sweep.straight(&velocity, &self.options), found));
+            }
+            self.clouds.last_motion = self.clouds.T_world_last.inverse() * found.T_world_sensor;
+            motion = Some(self.clouds.last_motion);
+        }
+    }
+}
 
 impl CloudOdometry {
     /// Newton's change of the velocity by which a cloud was straightened that was found `interval` (s) after the last one; moves what was found along.

@@ -236,8 +236,11 @@ impl QuantisationHypothesis {
                 if let AzimuthTimes::Confirmed(clock) = &self.azimuth_times {
                     cloud.times = Some(clock.times(&cloud.positions));
                 }
-                let SweepEstimate { estimate, velocities } = odometry.register_sweep(cloud, stamp);
+                let SweepEstimate { estimate, velocities, earlier } = odometry.register_sweep(cloud, stamp);
                 self.velocities.extend(velocities);
+                for (number, pose) in earlier {
+                    self.estimates[number].T_world_sensor = pose;
+                }
                 of_cloud(estimate)
             }
             // Preparation, which knows the method, makes no other pairs.
