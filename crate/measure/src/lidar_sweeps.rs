@@ -1,6 +1,6 @@
 //! Scores the odometry of lidars that move while they turn: rendered drives, with the errors of the same drive without skew, with skew and
 //! straightened, with skew left in, straightened by the true motion, and without skew but with times, each the mean over worlds. Arguments: `--sweeps N` (20), `--worlds N` (1), `--only LIDAR`,
-//! `--points N` to register at most as many points of a sweep, `--write DIR` to write the sweeps for other programs (x y z t as
+//! `--from-rest` for drives that begin at rest and reach their speed between 0.3 and 0.8 s, `--points N` to register at most as many points of a sweep, `--write DIR` to write the sweeps for other programs (x y z t as
 //! 64-bit floats, `NAME/0000.bin`, and `NAME/truth.txt`), `--time` to take the processor time of sweeps of 120,000 beams instead.
 
 use std::fmt::Write as _;
@@ -30,7 +30,9 @@ struct Drive<'a> {
 
 impl Drive<'_> {
     fn pose(&self, time: f64) -> Pose3 {
-        around_the_plaza(self.speed, self.rate, time)
+        let since = (time - 0.3).max(0.0);
+        let from_rest = if since < 0.5 { since * since } else { since - 0.25 };
+        around_the_plaza(self.speed, self.rate, if flag("--from-rest") { from_rest } else { time })
     }
 
     fn start(&self, sweep: usize) -> f64 {

@@ -14,12 +14,12 @@ use super::{CloudEstimate, CloudOdometry};
 use crate::geometry::RigidMotion;
 use crate::odometry::assessment::Status;
 
-/// Sweeps that are registered again. In the mean of 24 drives the error over that without skew is 1.12 (16 rings), 1.06 (32) and, of 18 drives, 1.34
-/// (rosette) with none, 0.71, 0.76 and 1.24 with five, and 0.63, 0.71 and 1.05 with eight (docs/measurements/clouds.md).
+/// Sweeps that are registered again. Five in place of eight leave 1.24 of the error without skew of a rosette, in place of 1.06 (18 drives,
+/// docs/measurements/clouds.md).
 const NUM_SWEEPS: usize = 8;
-/// Ratio of variances from which the velocity is taken to change: by chance about one start in 100 has as much (F distribution, 6 and 30 degrees of freedom:
-/// 3.47).
-const SIGNIFICANT: f64 = 3.5;
+/// Ratio of variances from which the velocity is taken to change: by chance one start in a million has as much if errors are independent (F distribution,
+/// 6 and 30 degrees of freedom). They are not: with that of one in a hundred, half of the starts at a constant velocity were left as they were.
+const SIGNIFICANT: f64 = 12.0;
 
 impl SweepOdometry {
     /// Adds a sweep to the start, as long as all are good, and to its estimate what registering all again finds.
@@ -84,8 +84,9 @@ impl SweepOdometry {
     }
 }
 
-/// The velocity during the first of these sweeps by least squares over the motion up to each: a polynomial of time, whose degree rises from one as long as the
-/// residuals, weighed by this information of a step, are significantly smaller with the next one.
+/// The velocity during the first of these sweeps by least squares over the motion up to each: a polynomial of time, of the lowest degree from which the
+/// residuals, weighed by this information of a step, become significantly smaller neither with the next one nor with the one after that, as one that is
+/// even, or odd, hides from one of them. `None` where the motion is no such polynomial, as where a lidar starts to move.
 fn velocity_at_first(sweeps: &[&Started], information: &Matrix6<f64>) -> Option<Vector6<f64>> {
     let steps = sweeps.windows(2).map(|pair| (pair[0].T_world_middle.inverse() * pair[1].T_world_middle).log());
     let sums = steps.scan(Vector6::zeros(), |way, step| {
@@ -103,14 +104,11 @@ fn velocity_at_first(sweeps: &[&Started], information: &Matrix6<f64>) -> Option<
         let left = (&residuals * information * residuals.transpose()).trace();
         Some((Vector6::from_iterator(coefficients.row(1).iter().copied()), left))
     };
-    let (mut velocity, mut left) = fit(1)?;
-    for degree in 2..=sweeps.len() / 2 {
-        let (changing, left_changing) = fit(degree)?;
-        let freedom = (sweeps.len() - degree - 1) as f64;
-        if freedom * (left - left_changing) <= SIGNIFICANT * left_changing {
-            break;
-        }
-        (velocity, left) = (changing, left_changing);
-    }
-    Some(velocity)
+    let fits: Vec<_> = (1..=sweeps.len() / 2).map_while(fit).collect();
+    let rises = |from: usize, to: usize| {
+        let freedom = (sweeps.len() - to - 2) as f64 / (to - from) as f64;
+        freedom * (fits[from].1 - fits[to].1) > SIGNIFICANT * fits[to].1
+    };
+    let degree = (0..fits.len().saturating_sub(2)).find(|&at| !rises(at, at + 1) && !rises(at, at + 2))?;
+    Some(fits[degree].0)
 }
