@@ -14,7 +14,7 @@ use super::{CloudEstimate, CloudOdometry};
 use crate::geometry::RigidMotion;
 use crate::odometry::assessment::Status;
 
-/// Sweeps that are registered again. Five in place of eight leave 1.24 of the error without skew of a rosette, in place of 1.06 (18 drives,
+/// Sweeps that are registered again. Five in place of eight leave 1.24 of the error without skew of a rosette, in place of 1.05 (18 drives,
 /// docs/measurements/clouds.md).
 const NUM_SWEEPS: usize = 8;
 /// Ratio of variances from which the velocity is taken to change: by chance one start in a million has as much if errors are independent (F distribution,
