@@ -171,8 +171,8 @@ test('once it is decided how depth is read, frames are prepared in one way, and 
     return { ...(await reconstructWalk([noting], walk(toAndFro, coarseWalkFiles()))), sizes };
   };
   const [told, untold] = [await run(true), await run(false)];
-  // The first image and the last one are the same.
-  assert.ok((untold.sizes.at(-1) ?? 0) >= (untold.sizes[0] ?? 0), `${untold.sizes}`);
+  // Image 10 and the last one are the same as the first, which is looked at more closely.
+  assert.ok((untold.sizes.at(-1) ?? 0) >= (untold.sizes[10] ?? Infinity), `${untold.sizes}`);
   assert.equal(told.sizes[0], untold.sizes[0]);
   assert.ok((told.sizes.at(-1) ?? 0) < 0.8 * (told.sizes[0] ?? 0), `${told.sizes}`);
   assert.deepEqual([told.trajectory, told.map], [untold.trajectory, untold.map]);

@@ -549,7 +549,9 @@ fn pgm(width: usize, height: usize, value: u8) -> Vec<u8> {
 #[test]
 fn only_readings_that_are_open_are_prepared_and_the_map_is_given_the_same_points() {
     let settings = SpatialSettings::default();
-    let image = [b"P5 64 48 255\n".as_slice(), &(0..64 * 48).map(|i| 50 + (i % 64) as u8).collect::<Vec<_>>()].concat();
+    // A plane.
+    let depths = (0..64 * 48).map(|i| (6000 / (120 - i % 64)) as u8).collect::<Vec<_>>();
+    let image = [b"P5 64 48 255\n".as_slice(), &depths].concat();
     let mut decode_config = DecodeConfig::new(&settings, "0.pgm", &image).unwrap();
     let mut prepared = |decided| {
         decode_config.depth.as_mut().unwrap().decided = decided;

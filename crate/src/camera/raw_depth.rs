@@ -44,13 +44,13 @@ impl NoDepth {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Curvatures {
     /// Along the gradient, of depth.
-    depth: Vec<[f64; 3]>,
+    depth: Vec<[f32; 3]>,
     /// Along the gradient, of inverted depth.
-    inverted: Vec<[f64; 3]>,
+    inverted: Vec<[f32; 3]>,
     /// Across the gradient, of the lengths of rays.
-    ray_length: Vec<[f64; 3]>,
+    ray_length: Vec<[f32; 3]>,
     /// Standard deviations of the values from the smooth pieces (values).
-    scatter: Vec<f64>,
+    scatter: Vec<f32>,
 }
 
 /// Pieces in a row of the image: large ones tell more, small ones find room on small surfaces.
@@ -71,10 +71,10 @@ impl Curvatures {
                     let of_depth = 2.0 * piece.slope * piece.slope;
                     let from_largest = (f64::from(image.largest_value()) - piece.value).max(1.0);
                     let of_ray_length = piece.across_of_ray_length(place, focal_length);
-                    all.depth.push([piece.along, of_depth / piece.value, piece.error]);
-                    all.inverted.push([piece.along, -of_depth / from_largest, piece.error]);
-                    all.ray_length.push([piece.across, of_ray_length, piece.error]);
-                    all.scatter.push(piece.deviation);
+                    all.depth.push([piece.along, of_depth / piece.value, piece.error].map(|number| number as f32));
+                    all.inverted.push([piece.along, -of_depth / from_largest, piece.error].map(|number| number as f32));
+                    all.ray_length.push([piece.across, of_ray_length, piece.error].map(|number| number as f32));
+                    all.scatter.push(piece.deviation as f32);
                 }
             }
         }
@@ -91,9 +91,12 @@ impl Curvatures {
 
     /// What they tell.
     pub fn told(&self) -> ToldValues {
-        let [depth, inverted, ray_length] =
-            [&self.depth, &self.inverted, &self.ray_length].map(|curvatures| RobustRatio::of(curvatures));
-        ToldValues { depth, inverted, ray_length, scatter: quantile(&mut self.scatter.clone(), 0.5) }
+        let ratio = |curvatures: &Vec<[f32; 3]>| {
+            RobustRatio::of(&curvatures.iter().map(|numbers| numbers.map(f64::from)).collect::<Vec<_>>())
+        };
+        let mut scatter: Vec<f64> = self.scatter.iter().copied().map(f64::from).collect();
+        let [depth, inverted, ray_length] = [&self.depth, &self.inverted, &self.ray_length].map(ratio);
+        ToldValues { depth, inverted, ray_length, scatter: quantile(&mut scatter, 0.5) }
     }
 }
 
