@@ -145,6 +145,10 @@ export class ScanstitchReadingCard extends LitElement {
         gap: 8px;
         padding: 0 12px;
       }
+      .actions button {
+        max-width: 100%;
+        white-space: normal;
+      }
       .choice {
         display: grid;
         justify-items: start;
