@@ -5,6 +5,7 @@
  * their filtered bytes are.
  */
 import { unzlibSync } from 'fflate';
+import { joined, viewOf } from '../base/bytes.js';
 
 /** Color types of 8 bits with their channels: colours, and colours with transparency. */
 const CHANNELS: Record<number, number> = { 2: 3, 6: 4 };
@@ -13,7 +14,7 @@ const MAX_PIXELS = 2 ** 25;
 
 /** Whether all pixels of a PNG of 8 bits a channel, not interlaced, have equal red, green and blue. */
 export function holdsShades(png: Uint8Array): boolean {
-  const view = new DataView(png.buffer, png.byteOffset, png.byteLength);
+  const view = viewOf(png);
   const parts: Uint8Array[] = [];
   for (let at = 8; at + 12 <= png.length; at += 12 + view.getUint32(at)) {
     const type = String.fromCharCode(...png.subarray(at + 4, at + 8));
@@ -32,14 +33,4 @@ export function holdsShades(png: Uint8Array): boolean {
   } catch {
     return false;
   }
-}
-
-function joined(parts: readonly Uint8Array[]) {
-  const whole = new Uint8Array(parts.reduce((sum, { length }) => sum + length, 0));
-  let at = 0;
-  for (const part of parts) {
-    whole.set(part, at);
-    at += part.length;
-  }
-  return whole;
 }

@@ -47,7 +47,7 @@ function layoutOf(head: Uint8Array, size: number): Layout | null {
   return isPositions(doubles, size / 8) ? { names: POSITION, bytes: 8 } : null;
 }
 
-/** Points without a brightness: that numbers come in threes is told by neighbouring points, which lie near each other. */
+/** Whether these are points without a brightness: each third number differs little from the one before, as points of one surface follow one another. */
 function isPositions(values: Float32Array | Float64Array, count: number) {
   const difference = (lag: number) => {
     const differences = Array.from(values.subarray(lag), (value, index) => Math.abs(value - (values[index] ?? 0)));
