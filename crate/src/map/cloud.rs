@@ -3,7 +3,6 @@
 //! A k-d tree would have to be built anew for every cloud. Points are found by blocks of voxels in a hash table instead, as in Bai et al.,
 //! "Faster-LIO: lightweight tightly coupled lidar-inertial odometry using parallel sparse incremental voxels", RA-L 7 (2022).
 
-use glam::Vec3;
 use nalgebra::Vector3;
 
 use crate::geometry::{Pose3, RigidMotion};
@@ -36,9 +35,18 @@ struct Voxel {
 /// The points of a block of voxels.
 struct Block {
     cell: Cell,
-    /// Means from the lowest corner of the block, where single precision is enough however far the world's origin is, and the numbers of
-    /// their voxels.
-    points: Vec<(Vec3, u32)>,
+    points: Vec<Lanes>,
+    num_points: u32,
+}
+
+/// Numbers compared at once: those of a 128-bit vector.
+const LANES: usize = 4;
+
+/// Points of a block: means from its lowest corner, where single precision is enough however far the world's origin is, axis by axis,
+/// and the numbers of their voxels. Unused entries hold infinity.
+struct Lanes {
+    coordinates: [[f32; LANES]; 3],
+    numbers: [u32; LANES],
 }
 
 /// Points with normals in the world frame, at most one a cube of side `voxel_size`.
@@ -81,10 +89,10 @@ impl CloudMap {
             // The two sides of a thin wall must not be averaged: the side seen first is kept.
             if voxel.normal.dot(&normal) > 0.0 {
                 voxel.add(&point, &normal);
-                let (mean, place) = (voxel.mean, voxel.place as usize);
+                let (mean, place) = (voxel.mean, voxel.place);
                 let block = self.block(&cell);
                 let corner = self.corner(&self.blocks[block].cell);
-                self.blocks[block].points[place].0 = single(&(mean - corner));
+                self.blocks[block].set(place, &(mean - corner), number);
             }
         }
     }
@@ -93,9 +101,11 @@ impl CloudMap {
     fn push(&mut self, cell: Cell, voxel: Voxel) {
         let (number, block) = (self.hash.insert(cell), self.block(&cell));
         let corner = self.corner(&self.blocks[block].cell);
-        let points = &mut self.blocks[block].points;
-        self.voxels.push(Voxel { place: points.len() as u32, ..voxel });
-        points.push((single(&(voxel.mean - corner)), number));
+        let block = &mut self.blocks[block];
+        let place = block.num_points;
+        self.voxels.push(Voxel { place, ..voxel });
+        block.num_points += 1;
+        block.set(place, &(voxel.mean - corner), number);
     }
 
     /// Forgets what was last seen before the path had this length (m).
@@ -127,7 +137,7 @@ impl CloudMap {
         let cell = cell.map(|x| x.div_euclid(BLOCK_SIDE));
         let index = self.block_hash.insert(cell) as usize;
         if index == self.blocks.len() {
-            self.blocks.push(Block { cell, points: Vec::new() });
+            self.blocks.push(Block { cell, points: Vec::new(), num_points: 0 });
         }
         index
     }
@@ -145,11 +155,21 @@ impl CloudMap {
 
     /// Compares the points of a block with the nearest one so far.
     fn search_block(&self, block: &Block, query: &Vector3<f64>, best: &mut Neighbor) {
-        let query = single(&(query - self.corner(&block.cell)));
-        for &(point, index) in &block.points {
-            let sq_distance = (point - query).length_squared();
-            if sq_distance < best.sq_distance || (sq_distance == best.sq_distance && index < best.index) {
-                *best = Neighbor { index, sq_distance };
+        let query = (query - self.corner(&block.cell)).map(|x| x as f32);
+        for lanes in &block.points {
+            let mut sq_distances = [0.0; LANES];
+            for (coordinates, x) in lanes.coordinates.iter().zip(&query) {
+                for (sum, coordinate) in sq_distances.iter_mut().zip(coordinates) {
+                    *sum += (coordinate - x) * (coordinate - x);
+                }
+            }
+            // Few are near enough: they are looked at one by one only where one is.
+            if sq_distances.iter().fold(f32::INFINITY, |a, &b| if b < a { b } else { a }) <= best.sq_distance {
+                for (&sq_distance, &index) in sq_distances.iter().zip(&lanes.numbers) {
+                    if sq_distance < best.sq_distance || (sq_distance == best.sq_distance && index < best.index) {
+                        *best = Neighbor { index, sq_distance };
+                    }
+                }
             }
         }
     }
@@ -160,8 +180,9 @@ impl CloudMap {
         // Squared distance along an axis to the blocks with this coordinate.
         let sq_offset = |axis: usize, coordinate: i32| {
             let low = f64::from(coordinate) * side - query[axis];
-            let outside = low.max(-low - side).max(0.0);
-            outside * outside * (1.0 - ROUNDING_SHARE)
+            // Comparisons, for `f64::max` is a function call on targets without such an instruction.
+            let outside = if low > 0.0 { low } else { -low - side };
+            if outside > 0.0 { outside * outside * (1.0 - ROUNDING_SHARE) } else { 0.0 }
         };
         let is_near = |sq_offset: f64, best: &Neighbor| sq_offset <= f64::from(best.sq_distance);
         for z in -ring..=ring {
@@ -185,6 +206,21 @@ impl CloudMap {
     }
 }
 
+impl Block {
+    /// Sets a point from the block's lowest corner (m), at the place after the last one at most, and the number of its voxel.
+    fn set(&mut self, place: u32, point: &Vector3<f64>, number: u32) {
+        let (at, lane) = (place as usize / LANES, place as usize % LANES);
+        if at == self.points.len() {
+            self.points.push(Lanes { coordinates: [[f32::INFINITY; LANES]; 3], numbers: [u32::MAX; LANES] });
+        }
+        let lanes = &mut self.points[at];
+        lanes.numbers[lane] = number;
+        for (coordinates, &x) in lanes.coordinates.iter_mut().zip(point) {
+            coordinates[lane] = x as f32;
+        }
+    }
+}
+
 impl Voxel {
     fn add(&mut self, point: &Vector3<f64>, normal: &Vector3<f64>) {
         self.count += 1.0;
@@ -192,10 +228,6 @@ impl Voxel {
         self.normal_sum += normal;
         self.normal = self.normal_sum.normalize();
     }
-}
-
-fn single(point: &Vector3<f64>) -> Vec3 {
-    Vec3::new(point.x as f32, point.y as f32, point.z as f32)
 }
 
 impl Target for CloudMap {

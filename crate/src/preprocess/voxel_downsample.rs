@@ -19,15 +19,17 @@ struct Sums {
 struct Attributes {
     normal: DVec3,
     color: [u64; 3],
-    time: f64,
 }
 
 /// The voxels of a cloud in the order of the first point of each.
+#[derive(Default)]
 struct Voxels {
     cells: Vec<Voxel>,
     sums: Vec<Sums>,
     /// One a voxel, or none.
     attributes: Vec<Attributes>,
+    /// Sums (s), one a voxel, or none.
+    times: Vec<f64>,
 }
 
 /// The mean position, normal, colour and time of the points in every voxel of side `voxel_size` (m), in the order of the first point
@@ -68,20 +70,23 @@ impl Voxels {
             let problem = format!("voxel_size = {voxel_size} m is not positive");
             return Err(Error::whole(problem, "Give a positive voxel_size"));
         }
-        let has_attributes = cloud.normals.is_some() || cloud.colors.is_some() || cloud.times.is_some();
+        let has_attributes = cloud.normals.is_some() || cloud.colors.is_some();
         let mut numbers = Numbers::new(voxel_size);
-        let mut voxels = Self { cells: Vec::new(), sums: Vec::new(), attributes: Vec::new() };
+        let mut voxels = Self::default();
         for (point, position) in cloud.positions.iter().enumerate().filter(|(_, position)| position.is_finite()) {
             let position = position.as_dvec3();
             let cell = numbers.hash.voxel(&Vector3::from((position - corner).to_array())).ok_or_else(|| {
                 let problem = format!("voxel_size = {voxel_size} m is too small for a cloud that reaches {position} m");
                 Error::whole(problem, "Give a larger voxel_size")
             })?;
-            let number = voxels.at(cell, &mut numbers, has_attributes);
+            let number = voxels.at(cell, &mut numbers);
             voxels.sums[number].position += position;
             voxels.sums[number].count += 1;
             if has_attributes {
-                voxels.attributes[number].add_point(cloud, point);
+                sum_of(&mut voxels.attributes, number).add_point(cloud, point);
+            }
+            if let Some(times) = &cloud.times {
+                *sum_of(&mut voxels.times, number) += f64::from(times.offsets[point]);
             }
         }
         Ok(voxels)
@@ -90,17 +95,16 @@ impl Voxels {
     /// Larger voxels of side `voxel_size` (m), which are as many of these along each axis.
     fn joined(&self, parts: i32, voxel_size: f64) -> Self {
         let mut numbers = Numbers::new(voxel_size);
-        let mut joined = Self { cells: Vec::new(), sums: Vec::new(), attributes: Vec::new() };
+        let mut joined = Self::default();
         for (part, (cell, sums)) in self.cells.iter().zip(&self.sums).enumerate() {
-            let number = joined.at(
-                [cell[0].div_euclid(parts), cell[1].div_euclid(parts), cell[2].div_euclid(parts)],
-                &mut numbers,
-                !self.attributes.is_empty(),
-            );
+            let number = joined.at(cell.map(|x| x.div_euclid(parts)), &mut numbers);
             joined.sums[number].position += sums.position;
             joined.sums[number].count += sums.count;
             if let Some(attributes) = self.attributes.get(part) {
-                joined.attributes[number].add(attributes);
+                sum_of(&mut joined.attributes, number).add(attributes);
+            }
+            if let Some(time) = self.times.get(part) {
+                *sum_of(&mut joined.times, number) += time;
             }
         }
         joined
@@ -108,12 +112,11 @@ impl Voxels {
 
     /// The index of a voxel, which is added where it is new.
     #[inline]
-    fn at(&mut self, cell: Voxel, numbers: &mut Numbers, has_attributes: bool) -> usize {
+    fn at(&mut self, cell: Voxel, numbers: &mut Numbers) -> usize {
         let number = numbers.insert(cell);
         if number == self.sums.len() {
             self.cells.push(cell);
             self.sums.push(Sums::default());
-            self.attributes.extend(has_attributes.then(Attributes::default));
         }
         number
     }
@@ -124,7 +127,7 @@ impl Voxels {
             || self.attributes.iter().zip(&self.sums).map(|(attributes, sums)| (attributes, sums.count));
         let color = |(of, count): (&Attributes, u64)| of.color.map(|sum| ((sum + count / 2) / count) as u8);
         let normal = |(of, _): (&Attributes, u64)| -> Vec3 { of.normal.normalize_or_zero().as_vec3() };
-        let time = |(of, count): (&Attributes, u64)| (of.time / count as f64) as f32;
+        let time = |(sum, sums): (&f64, &Sums)| (sum / sums.count as f64) as f32;
         let times = cloud.times.as_ref();
         PointCloud {
             positions: self.sums.iter().map(|sums| (sums.position / sums.count as f64).as_vec3()).collect(),
@@ -132,10 +135,20 @@ impl Voxels {
             colors: cloud.colors.as_ref().map(|_| with_attributes().map(color).collect()),
             origin: cloud.origin,
             rounded_off: None,
-            times: times
-                .map(|times| PointTimes { origin: times.origin, offsets: with_attributes().map(time).collect() }),
+            times: times.map(|times| PointTimes {
+                origin: times.origin,
+                offsets: self.times.iter().zip(&self.sums).map(time).collect(),
+            }),
         }
     }
+}
+
+/// The sum of a voxel, which may be the next one.
+fn sum_of<T: Default>(sums: &mut Vec<T>, number: usize) -> &mut T {
+    if number == sums.len() {
+        sums.push(T::default());
+    }
+    &mut sums[number]
 }
 
 /// Numbers of voxels; points that follow one another mostly lie in one.
@@ -168,9 +181,6 @@ impl Attributes {
         if let Some(normals) = &cloud.normals {
             self.normal += normals[point].as_dvec3();
         }
-        if let Some(times) = &cloud.times {
-            self.time += f64::from(times.offsets[point]);
-        }
         if let Some(colors) = &cloud.colors {
             for (sum, &channel) in self.color.iter_mut().zip(&colors[point]) {
                 *sum += u64::from(channel);
@@ -181,7 +191,6 @@ impl Attributes {
     /// Adds those of a part.
     fn add(&mut self, part: &Self) {
         self.normal += part.normal;
-        self.time += part.time;
         for (sum, channel) in self.color.iter_mut().zip(part.color) {
             *sum += channel;
         }

@@ -95,14 +95,18 @@ impl CloudOdometry {
         Ok(Candidate { is_global: true, ..self.register(task, guess) })
     }
 
-    /// Starts nearby; where the result is not good, also farther away and by features. A sample of the points decides: the
-    /// first start that is good with it, or else the one with the highest score. The start nearby is left to the last where the
-    /// sample is lost from it.
+    /// Starts from the last motion; where the result is not good, nearby, then also farther away and by features. A sample of the points
+    /// decides: the first start that is good with it, or else the one with the highest score. The start nearby is left to the last where
+    /// the sample is lost from it.
     pub(super) fn register_where_doubtful(&self, task: &Task<'_>) -> Candidate {
-        let guess = self.start_nearby(task);
-        let sample = self.register_sample(task, guess);
+        let mut guess = task.T_target_last * self.last_motion;
+        let mut sample = self.register_sample(task, guess);
+        if !sample.is_good() {
+            guess = self.start_nearby(task);
+            sample = self.register_sample(task, guess);
+        }
         let is_lost = sample.assessment.status == Status::Lost;
-        let nearby = if is_lost { sample } else { self.register(task, sample.registration.T_target_source) };
+        let nearby = if is_lost { sample } else { self.refine(task, sample.registration.T_target_source) };
         if nearby.assessment.status == Status::Good {
             return nearby;
         }
@@ -141,6 +145,14 @@ impl CloudOdometry {
         Some(map.around(&self.T_world_last.translation.vector, 2.0 * range))
     }
 
+    /// Registers the whole cloud from where a few of its points were registered, or all of them straightened otherwise: in the last stage alone
+    /// where that makes it good.
+    pub(super) fn refine(&self, task: &Task<'_>, guess: Pose3) -> Candidate {
+        let (_, finer) = self.options.stages();
+        let refined = finer.last().map(|last| self.register_in(task, task.frame.source(), guess, (last, &[])));
+        refined.filter(Candidate::is_good).unwrap_or_else(|| self.register(task, guess))
+    }
+
     /// Registers the whole cloud from a guess, and assesses the result.
     pub(super) fn register(&self, task: &Task<'_>, guess: Pose3) -> Candidate {
         self.register_from(task, task.frame.source(), guess)
@@ -152,9 +164,19 @@ impl CloudOdometry {
     }
 
     fn register_from(&self, task: &Task<'_>, source: Source<'_, Vector3<f64>>, guess: Pose3) -> Candidate {
-        let ((first, finer), solver) = (self.options.stages(), self.options.motion.solver());
-        let registration =
-            register_in_space(self.options.metric, source, &task.target, guess, (&first, &finer), &solver);
+        let (first, finer) = self.options.stages();
+        self.register_in(task, source, guess, (&first, &finer))
+    }
+
+    fn register_in(
+        &self,
+        task: &Task<'_>,
+        source: Source<'_, Vector3<f64>>,
+        guess: Pose3,
+        stages: (&IcpOptions, &[IcpOptions]),
+    ) -> Candidate {
+        let solver = self.options.motion.solver();
+        let registration = register_in_space(self.options.metric, source, &task.target, guess, stages, &solver);
         let T_last_frame = task.T_target_last.inverse() * registration.T_target_source;
         let is_tested = self.options.tests_free_space;
         let agreement = is_tested.then(|| self.free_space(task.frame, task.last, &T_last_frame).agreement());

@@ -163,7 +163,7 @@ impl CloudOdometry {
 
         let (task, T_world_target) = self.task(frame, last);
 
-        let again = found.map(|motion| self.register(&task, task.T_target_last * motion)).filter(Candidate::is_good);
+        let again = found.map(|motion| self.refine(&task, task.T_target_last * motion)).filter(Candidate::is_good);
         // From the last pose and the last motion; by features always, never, or where the result is doubtful.
         let candidate = again.map_or_else(
             || match self.options.global_registration {
