@@ -45,7 +45,8 @@ export async function stampedMessages(
   const timed = isSet
     ? found.filter(({ time }) => time !== 0n)
     : found.map(({ index }) => ({ index, time: bag.time(topic, index) }));
-  const { messages, notes } = inOrder(topic.name, timed);
+  const recorded = timed.map(({ index }) => bag.time(topic, index));
+  const { messages, notes } = inOrder(topic.name, timed, recorded);
   for (const [reason, count] of faults) {
     notes.push(lost(topic.name, `${plural(count, 'message')} of ${topic.count} left out: ${reason}`));
   }
@@ -58,34 +59,24 @@ export async function stampedMessages(
 }
 
 /**
- * Messages in the order of their times, each time once. Where time begins anew, as when a recording was played twice,
- * the longest stretch is kept.
+ * Messages in the order of their times, each time once.
  * @param name of the topic
  * @param messages in the order in which they were recorded
+ * @param recorded when each was recorded (ns)
  */
-export function inOrder(name: string, messages: readonly Stamped[]): { messages: Stamped[]; notes: Note[] } {
-  const notes: Note[] = [];
-  const stretches: Stamped[][] = [[]];
-  let latest = null;
+function inOrder(name: string, messages: readonly Stamped[], recorded: readonly bigint[]) {
+  const { messages: continuous, notes } = withoutJumps(name, messages, recorded);
+  let latest = continuous[0]?.time ?? 0n;
   let numEarly = 0;
-  for (const message of messages) {
-    if (latest !== null && message.time < latest - NEW_BEGINNING) {
-      stretches.push([]);
-      latest = null;
-    } else if (latest !== null && message.time < latest) numEarly += 1;
-    stretches.at(-1)?.push(message);
-    if (latest === null || message.time > latest) latest = message.time;
-  }
-  const longest = stretches.toSorted((a, b) => b.length - a.length)[0] ?? [];
-  if (stretches.length > 1) {
-    const reason = `time jumps back ${stretches.length === 2 ? 'once' : `${stretches.length - 1} times`}; the longest stretch is used, ${longest.length} of ${plural(messages.length, 'message')}`;
-    notes.push(lost(name, reason));
+  for (const { time } of continuous) {
+    if (time < latest) numEarly += 1;
+    else latest = time;
   }
   if (numEarly > 0) {
     const reason = `time runs backwards at ${plural(numEarly, 'message')}; all are taken in the order of their times`;
     notes.push({ file: name, reason });
   }
-  const ordered = longest.toSorted((a, b) => (a.time < b.time ? -1 : a.time > b.time ? 1 : a.index - b.index));
+  const ordered = continuous.toSorted((a, b) => (a.time < b.time ? -1 : a.time > b.time ? 1 : a.index - b.index));
   const distinct = ordered.filter(({ time }, index) => index === 0 || time !== ordered[index - 1]?.time);
   if (distinct.length < ordered.length) {
     const reason = `${plural(ordered.length - distinct.length, 'message')} left out: another one has the same time`;
@@ -94,12 +85,45 @@ export function inOrder(name: string, messages: readonly Stamped[]): { messages:
   return { messages: distinct, notes };
 }
 
+/**
+ * Messages whose times do not begin anew. Where they do and some come again, a recording was played twice: the longest stretch
+ * is kept. Where none comes again, a clock was set or is wrong: the times of recording are used.
+ * @param messages in the order in which they were recorded
+ * @param recorded when each was recorded (ns)
+ */
+export function withoutJumps(
+  name: string,
+  messages: readonly Stamped[],
+  recorded: readonly bigint[],
+): { messages: readonly Stamped[]; notes: Note[] } {
+  const stretches: Stamped[][] = [];
+  let latest: bigint | null = null;
+  for (const message of messages) {
+    if (latest === null || message.time < latest - NEW_BEGINNING) {
+      stretches.push([]);
+      latest = message.time;
+    }
+    stretches.at(-1)?.push(message);
+    if (message.time > latest) latest = message.time;
+  }
+  if (stretches.length < 2) return { messages, notes: [] };
+  const jumps = `time jumps back ${stretches.length === 2 ? 'once' : `${stretches.length - 1} times`}`;
+  if (new Set(messages.map(({ time }) => time)).size === messages.length) {
+    const reason = `${jumps} and none comes again, as where a clock was set: the times of recording are used, in their order`;
+    const timed = messages.map(({ index }, at) => ({ index, time: recorded[at] ?? 0n }));
+    return { messages: timed, notes: [{ file: name, reason }] };
+  }
+  const longest = stretches.toSorted((a, b) => b.length - a.length)[0] ?? [];
+  const reason = `${jumps}; the longest stretch is used, ${longest.length} of ${plural(messages.length, 'message')}`;
+  return { messages: longest, notes: [lost(name, reason)] };
+}
+
 export function nanoseconds({ sec, nsec }: Stamp) {
   return BigInt(sec) * 1_000_000_000n + BigInt(nsec);
 }
 
 /** @param time ns */
-function stampOf(time: bigint): Stamp {
+export function stampOf(time: bigint): Stamp {
   return { sec: Number(time / 1_000_000_000n), nsec: Number(time % 1_000_000_000n) };
 }
 

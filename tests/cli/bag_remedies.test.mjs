@@ -176,8 +176,12 @@ const CASES = {
     told: [clouds('/points', { stamp: (time) => (time > 100.25 ? 100.15 : time) })],
     said: [/\/points: time runs backwards at 1 message; all are taken in the order of their times/],
   },
-  'times that begin anew': {
+  'a clock that was set': {
     told: [clouds('/points', { stamp: (time) => (time > 100.25 ? time - 50 : time) })],
+    said: [/\/points: time jumps back once and none comes again, .*the times of recording are used, in their order/],
+  },
+  'times that begin anew': {
+    told: [clouds('/points', { stamp: (time) => 100 + (Math.round(20 * (time - 100)) % 6) })],
     said: [/\/points: time jumps back once; the longest stretch is used, 3 of 4 messages/],
   },
   'one time for all': {
