@@ -111,8 +111,8 @@ async function posesOf(
 
 /** Poses whose times do not begin anew, a message each. */
 function continuous({ name }: Topic, poses: PoseMessage[], recorded: bigint[], notes: Note[]): PoseMessage[] {
-  const timed = poses.map(({ stamp }, index) => ({ index, time: nanoseconds(stamp) }));
-  const found = withoutJumps(name, timed, recorded);
+  const timed = poses.map(({ stamp }, index) => ({ index, time: nanoseconds(stamp), recorded: recorded[index] ?? 0n }));
+  const found = withoutJumps(name, timed);
   append(notes, found.notes);
   return found.messages.map(({ index, time }) => ({ ...(poses[index] as PoseMessage), stamp: stampOf(time) }));
 }

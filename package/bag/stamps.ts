@@ -3,8 +3,8 @@ import { lost, type Note } from '../base/errors.js';
 import { decodeStamp, type Stamp, STAMP_BYTES } from './messages.js';
 import type { Bag, Topic } from './open.js';
 
-/** time: ns */
-type Stamped = { index: number; time: bigint };
+/** time, recorded: ns */
+export type Stamped = { index: number; time: bigint; recorded: bigint };
 
 /** So many messages are looked into at a time. */
 const READ_AT_ONCE = 64;
@@ -32,7 +32,7 @@ export async function stampedMessages(
     for (const [i, head] of heads.entries()) {
       if (head.status === 'fulfilled') {
         if (head.value === 0n) numUnset += 1;
-        found.push({ index: first + i, time: head.value });
+        found.push({ index: first + i, time: head.value, recorded: bag.time(topic, first + i) });
       } else {
         const { problem, message } = head.reason;
         const reason = problem ?? message;
@@ -42,11 +42,8 @@ export async function stampedMessages(
     onProgress(first + indexes.length);
   }
   const isSet = 2 * numUnset < found.length;
-  const timed = isSet
-    ? found.filter(({ time }) => time !== 0n)
-    : found.map(({ index }) => ({ index, time: bag.time(topic, index) }));
-  const recorded = timed.map(({ index }) => bag.time(topic, index));
-  const { messages, notes } = inOrder(topic.name, timed, recorded);
+  const timed = isSet ? found.filter(({ time }) => time !== 0n) : found.map(byRecorder);
+  const { messages, notes } = inOrder(topic.name, timed);
   for (const [reason, count] of faults) {
     notes.push(lost(topic.name, `${plural(count, 'message')} of ${topic.count} left out: ${reason}`));
   }
@@ -62,10 +59,9 @@ export async function stampedMessages(
  * Messages in the order of their times, each time once.
  * @param name of the topic
  * @param messages in the order in which they were recorded
- * @param recorded when each was recorded (ns)
  */
-function inOrder(name: string, messages: readonly Stamped[], recorded: readonly bigint[]) {
-  const { messages: continuous, notes } = withoutJumps(name, messages, recorded);
+function inOrder(name: string, messages: readonly Stamped[]) {
+  const { messages: continuous, notes } = withoutJumps(name, messages);
   let latest = continuous[0]?.time ?? 0n;
   let numEarly = 0;
   for (const { time } of continuous) {
@@ -87,15 +83,27 @@ function inOrder(name: string, messages: readonly Stamped[], recorded: readonly 
 
 /**
  * Messages whose times do not begin anew. Where they do and some come again, a recording was played twice: the longest stretch
- * is kept. Where none comes again, a clock was set or is wrong: the times of recording are used.
+ * is kept. Where none comes again, either a clock was set, and the times of recording are used, or messages came late.
  * @param messages in the order in which they were recorded
- * @param recorded when each was recorded (ns)
  */
 export function withoutJumps(
   name: string,
   messages: readonly Stamped[],
-  recorded: readonly bigint[],
 ): { messages: readonly Stamped[]; notes: Note[] } {
+  const stretches = stretchesOf(messages);
+  if (stretches.length < 2) return { messages, notes: [] };
+  const jumps = `time jumps back ${stretches.length === 2 ? 'once' : `${stretches.length - 1} times`}`;
+  if (new Set(messages.map(({ time }) => time)).size < messages.length) {
+    const longest = stretches.toSorted((a, b) => b.length - a.length)[0] ?? [];
+    const reason = `${jumps}; the longest stretch is used, ${longest.length} of ${plural(messages.length, 'message')}`;
+    return { messages: longest, notes: [lost(name, reason)] };
+  }
+  if (!stretches.every(isSteady)) return { messages, notes: [] };
+  const reason = `${jumps}, as where a clock is set: the times of recording are used`;
+  return { messages: messages.map(byRecorder), notes: [{ file: name, reason }] };
+}
+
+function stretchesOf(messages: readonly Stamped[]) {
   const stretches: Stamped[][] = [];
   let latest: bigint | null = null;
   for (const message of messages) {
@@ -106,16 +114,21 @@ export function withoutJumps(
     stretches.at(-1)?.push(message);
     if (message.time > latest) latest = message.time;
   }
-  if (stretches.length < 2) return { messages, notes: [] };
-  const jumps = `time jumps back ${stretches.length === 2 ? 'once' : `${stretches.length - 1} times`}`;
-  if (new Set(messages.map(({ time }) => time)).size === messages.length) {
-    const reason = `${jumps} and none comes again, as where a clock was set: the times of recording are used, in their order`;
-    const timed = messages.map(({ index }, at) => ({ index, time: recorded[at] ?? 0n }));
-    return { messages: timed, notes: [{ file: name, reason }] };
-  }
-  const longest = stretches.toSorted((a, b) => b.length - a.length)[0] ?? [];
-  const reason = `${jumps}; the longest stretch is used, ${longest.length} of ${plural(messages.length, 'message')}`;
-  return { messages: longest, notes: [lost(name, reason)] };
+  return stretches;
+}
+
+/** Whether its clock goes as the recorder's does. */
+function isSteady(stretch: readonly Stamped[]) {
+  const [first] = stretch;
+  const late = (message: Stamped) => message.recorded - message.time;
+  return stretch.every((message) => {
+    const change = late(message) - late(first ?? message);
+    return change < NEW_BEGINNING && change > -NEW_BEGINNING;
+  });
+}
+
+function byRecorder(message: Stamped): Stamped {
+  return { ...message, time: message.recorded };
 }
 
 export function nanoseconds({ sec, nsec }: Stamp) {

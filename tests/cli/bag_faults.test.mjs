@@ -226,6 +226,14 @@ test('time that runs backwards is told, and order is made of it', async () => {
     /time jumps back once; the longest stretch is used, 30 of 50/,
   );
 
+  const set = [10, 10.2, 5.4, 5.6].map((at, index) => ({ ...depthAt(at), time: nanoseconds(20 + index / 5) }));
+  const { recording: whole } = await recordingOf(mcapBytes([DEPTH], set));
+  assert.deepEqual(
+    whole.depth_frames.map(({ time }) => time),
+    [20, 20.2, 20.4, 20.6],
+    'a clock that was set',
+  );
+
   const unset = [1, 2, 3].map((index) => ({ ...depthAt(0), time: nanoseconds(index) }));
   const recorded = await recordingOf(mcapBytes([DEPTH], unset));
   assert.deepEqual(
