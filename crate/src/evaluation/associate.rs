@@ -30,7 +30,10 @@ pub fn by_time(reference: &[f64], estimate: &[f64], max_diff: f64, offset: f64) 
     for (whose, stamps) in [("reference", reference), ("estimate", estimate)] {
         if stamps.len() > 1 && stamps.iter().all(|stamp| *stamp == stamps[0]) {
             return Err(Error::whole(
-                format!("All times of one of them are the same, {} s in the {whose}, as numbers of too few digits are", stamps[0]),
+                format!(
+                    "All times of one of them are the same, {} s in the {whose}, as numbers of too few digits are",
+                    stamps[0]
+                ),
                 "Write them with more digits, or leave them out where both have a pose for each frame",
             ));
         }
