@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 use crate::evaluation::sharpness::Sharpness;
 use crate::evaluation::trajectory_error::{PlanarPoint, TrajectoryError};
 use crate::geometry::{Pose2, Pose3, RigidMotion};
+use crate::map::local::PlanarRegistration;
 use crate::odometry::assessment::{Assessment, Status};
 use crate::odometry::depth::SpatialEstimate;
-use crate::odometry::planar::information::{seen_from, softened_covariance};
-use crate::odometry::planar::{FrameEstimate, REGISTRATION_SIGMA, UNKNOWN_SIGMA};
+use crate::odometry::planar::FrameEstimate;
 use crate::pipeline::prepared_frame::FrameLabel;
 use crate::pipeline::settings::Settings;
 use crate::preprocess::clean::CleaningReport;
@@ -99,8 +99,8 @@ pub struct FrameResult<P, C, S = PlanarPose> {
     pub time: Option<f64>,
     /// Pose of the sensor, or of the robot where a log says where on it the laser sits; the world is the frame of the first one.
     pub T_world_sensor: P,
-    /// Standard deviations: of a scan, by its registration to the scans before, without odometry; of a depth image, against the
-    /// first one. Null where there are none.
+    /// Standard deviations: of a scan, by its registration to the scans before; of a depth image, against the first one. Null where
+    /// there are none.
     pub std: Option<S>,
     /// Assessment of the pose.
     pub status: Status,
@@ -183,7 +183,7 @@ impl FrameResult<PlanarPose, CleaningReport> {
         let overlap = registration.map_or(estimate.registered.agreement, |r| r.fitness);
         let degenerate = registration.filter(|r| r.observability.is_undetermined());
         Self {
-            std: registration.map(|_| standard_deviation(estimate, R_map_run)),
+            std: registration.and_then(|registration| standard_deviation(registration, R_map_run)),
             undetermined: degenerate.map(|r| planar(&(R_map_run.adjoint() * r.observability.weakest_direction))),
             ..Self::new(label, pose.into(), &estimate.assessment(), overlap, registration, cleaning)
         }
@@ -213,14 +213,16 @@ impl SpatialDeviation {
     }
 }
 
-/// Standard deviations of the sensor's position and heading in the world frame, by a registration as the graph believes it: what
-/// normals that are off tell of a direction that the walls leave open is none.
-fn standard_deviation(estimate: &FrameEstimate, R_map_run: &Pose2) -> PlanarPose {
-    // The information is about the world's origin, the covariance about the sensor.
-    let information = seen_from(&estimate.information, &Pose2::from(estimate.T_world_sensor.translation));
+/// Standard deviations of the sensor's position and heading in the world frame. The information is that of a perturbation about
+/// the world's origin; the adjoint of a translation transforms it to the sensor.
+fn standard_deviation(registration: &PlanarRegistration, R_map_run: &Pose2) -> Option<PlanarPose> {
+    let to_sensor =
+        Pose2::translation(registration.T_target_source.translation.x, registration.T_target_source.translation.y);
+    let adjoint = to_sensor.adjoint();
+    let information = adjoint.tr_mul(&(registration.information * adjoint));
     let turn = R_map_run.adjoint();
-    let covariance = turn * softened_covariance(&information, REGISTRATION_SIGMA, UNKNOWN_SIGMA) * turn.transpose();
-    planar(&covariance.diagonal().map(f64::sqrt))
+    let covariance = turn * information.cholesky()?.inverse() * turn.transpose();
+    Some(planar(&covariance.diagonal().map(f64::sqrt)))
 }
 
 /// From a tangent vector, rotation first.
