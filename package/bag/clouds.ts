@@ -4,19 +4,10 @@
  * Source: sensor_msgs/PointField; "The PCD (Point Cloud Data) file format", version 0.7.
  */
 import { MessageError } from './cdr.js';
-import type { CloudMessage } from './messages.js';
+import { BYTES_OF_TYPE, type CloudMessage } from './messages.js';
 
-/** Bytes of a value and its letter in a PCD file, by PointField's numbers. */
-const DATATYPES = {
-  1: { bytes: 1, letter: 'I' },
-  2: { bytes: 1, letter: 'U' },
-  3: { bytes: 2, letter: 'I' },
-  4: { bytes: 2, letter: 'U' },
-  5: { bytes: 4, letter: 'I' },
-  6: { bytes: 4, letter: 'U' },
-  7: { bytes: 4, letter: 'F' },
-  8: { bytes: 8, letter: 'F' },
-} as Record<number, { bytes: number; letter: string }>;
+/** The letter of a type in a PCD file: that of PointField's number of the type. */
+const LETTERS = ' IUIUIUFF';
 
 type Column = { name: string; offset: number; count: number; bytes: number; letter: string };
 
@@ -74,10 +65,11 @@ function headerOf(columns: readonly Column[], width: number, height: number): Ui
 /** The fields in the order in which they lie in a point, without gaps. */
 function columnsOf({ fields, pointStep }: CloudMessage) {
   const columns = fields.map(({ name, offset, datatype, count }) => {
-    const type = DATATYPES[datatype];
-    if (!type) throw new MessageError(`The cloud's field ${name} has the unknown data type ${datatype}`);
+    const bytes = BYTES_OF_TYPE[datatype];
+    if (bytes === undefined) throw new MessageError(`The cloud's field ${name} has the unknown data type ${datatype}`);
     // A count of zero means one, as older recorders write it.
-    const column = { name: name.replaceAll(/\s+/g, '_') || '_', offset, count: Math.max(1, count), ...type };
+    const letter = LETTERS[datatype] ?? '';
+    const column = { name: name.replaceAll(/\s+/g, '_') || '_', offset, count: Math.max(1, count), bytes, letter };
     if (offset + column.count * column.bytes > pointStep) {
       throw new MessageError(`The cloud's field ${name} lies outside its points of ${pointStep} bytes`);
     }

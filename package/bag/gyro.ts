@@ -6,12 +6,9 @@ import type { Note } from '../base/errors.js';
 import { decodeImu, type Quaternion } from './messages.js';
 import type { Bag, Topic } from './open.js';
 import { readAlone, treeOf } from './path.js';
-import { stampedMessages } from './stamps.js';
+import { type Stamped, stampedMessages } from './stamps.js';
 import type { TopicFacts } from './topics.js';
 import { rotate } from './transforms.js';
-
-/** ns; as {@link stampedMessages} gives them. */
-type Stamped = Awaited<ReturnType<typeof stampedMessages>>['messages'][number];
 
 /** No further from a cloud than this (ns). */
 const MAX_APART = 1_000_000_000n;

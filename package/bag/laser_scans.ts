@@ -2,12 +2,11 @@
  * Laser scans of ROS as a text log: a JSON object a line, as CSM (A. Censi, "An ICP variant using a point-to-line
  * metric", ICRA 2008) writes them.
  */
+import { DEGREE } from '../base/units.js';
 import { MOST_ANGLE } from '../files/laser_logs.js';
 import { MessageError } from './cdr.js';
 import type { ScanMessage } from './messages.js';
 import { plural } from './stamps.js';
-
-const DEGREE = Math.PI / 180;
 
 /**
  * One line of the log. A reading is null where the message's own rules call it invalid: not a number, infinite, nearer

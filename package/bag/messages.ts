@@ -58,7 +58,9 @@ export const HEAD_BYTES = 1024;
 /** So many bytes of a message hold its time. */
 export const STAMP_BYTES = 16;
 
-/** A field of a PointCloud2 that is a 32-bit float (sensor_msgs/PointField). */
+/** Bytes of a value of a PointCloud2, by PointField's number of its type. */
+export const BYTES_OF_TYPE: Record<number, number> = { 1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 8: 8 };
+/** Types of fields of a PointCloud2 (sensor_msgs/PointField). */
 const UINT32 = 6;
 const FLOAT32 = 7;
 
@@ -136,7 +138,18 @@ function readCloudShape(r: CdrReader) {
     datatype: r.u8('datatype of a field'),
     count: r.u32('count of a field'),
   }));
-  return { ...shape, fields };
+  const isSplit = fields.some(({ name }) => name === 'y');
+  return { ...shape, fields: isSplit ? fields : fields.flatMap(splitPosition) };
+}
+
+/** Names of a field that holds a whole position. */
+const POSITION = /^(x|xyz|points?|positions?)$/i;
+
+/** A field of three or four values that is a position, as fields x, y and z; others as they are. */
+function splitPosition(field: PointField) {
+  const bytes = BYTES_OF_TYPE[field.datatype] ?? 0;
+  if (!POSITION.test(field.name) || field.count < 3 || field.count > 4) return [field];
+  return ['x', 'y', 'z'].map((name, at) => ({ ...field, name, offset: field.offset + at * bytes, count: 1 }));
 }
 
 /** What a cloud is, from its beginning. */

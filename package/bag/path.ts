@@ -3,11 +3,12 @@ import { append } from '../base/append.js';
 import { lost, type Note } from '../base/errors.js';
 import { decodePoses, type PoseMessage } from './messages.js';
 import type { Bag, Topic } from './open.js';
-import { plural } from './stamps.js';
+import { nanoseconds, plural, stampOf, withoutJumps } from './stamps.js';
 import type { TopicFacts } from './topics.js';
 import { compose, IDENTITY, type Sample, TransformTree, tumText, usable } from './transforms.js';
 
 const TF = 'tf2_msgs/msg/TFMessage';
+const PATH = 'nav_msgs/msg/Path';
 /** Where nothing is called static, as in ROS 1, the first so many messages tell what does not move. */
 const MAX_TF_MESSAGES = 200;
 /** A pose with its velocity and covariances takes less; a path and the transforms of a robot may take more (bytes). */
@@ -82,19 +83,22 @@ async function posesOf(
   { isCompared = false, onProgress = () => {} }: { isCompared?: boolean; onProgress?: (done: number) => void } = {},
 ) {
   const poses: PoseMessage[] = [];
+  const recorded: bigint[] = [];
   let faults = 0;
   let fault = '';
   const read = isCompared ? readAlone : readWithChunk;
   // A path is sent again and again, each time longer: the last one is it.
   const end = Math.min(topic.count, limit);
-  for (let first = topic.type === 'nav_msgs/msg/Path' ? topic.count - 1 : 0; first < end; first += READ_AT_ONCE) {
+  for (let first = topic.type === PATH ? topic.count - 1 : 0; first < end; first += READ_AT_ONCE) {
     const indexes = Array.from({ length: Math.min(READ_AT_ONCE, end - first) }, (_, i) => first + i);
     const decoded = await Promise.allSettled(
       indexes.map(async (index) => decodePoses(topic.type, await read(bag, topic, index))),
     );
-    for (const one of decoded) {
-      if (one.status === 'fulfilled') append(poses, one.value);
-      else {
+    for (const [at, one] of decoded.entries()) {
+      if (one.status === 'fulfilled') {
+        append(poses, one.value);
+        recorded.push(bag.time(topic, first + at));
+      } else {
         fault ||= one.reason.problem ?? one.reason.message;
         faults += 1;
       }
@@ -102,7 +106,15 @@ async function posesOf(
     onProgress(first + indexes.length);
   }
   if (faults > 0) notes.push(lost(topic.name, `${plural(faults, 'message')} of ${topic.count} left out: ${fault}`));
-  return poses;
+  return topic.type === TF || topic.type === PATH ? poses : continuous(topic, poses, recorded, notes);
+}
+
+/** Poses whose times do not begin anew, a message each. */
+function continuous({ name }: Topic, poses: PoseMessage[], recorded: bigint[], notes: Note[]): PoseMessage[] {
+  const timed = poses.map(({ stamp }, index) => ({ index, time: nanoseconds(stamp), recorded: recorded[index] ?? 0n }));
+  const found = withoutJumps(name, timed);
+  append(notes, found.notes);
+  return found.messages.map(({ index, time }) => ({ ...(poses[index] as PoseMessage), stamp: stampOf(time) }));
 }
 
 function fromTree(tree: TransformTree, poses: PoseMessage[], topic: Topic, sensor: string, notes: Note[]): Sample[] {

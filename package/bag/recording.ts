@@ -27,7 +27,7 @@ import type { Bag, Topic } from './open.js';
 import { packedEnding, packedFile } from './packed_images.js';
 import { pathText, treeOf } from './path.js';
 import type { Role } from './roles.js';
-import { plural, stampedMessages, timeText } from './stamps.js';
+import { plural, stampedMessages, stampOf, timeText } from './stamps.js';
 import { type Choice, cloudRank, type TopicFacts } from './topics.js';
 
 /** A file that is made of messages when it is read. */
@@ -194,14 +194,14 @@ class Maker {
       const scansRead: FramedLine[] = [];
       const faults: string[] = [];
       let numWithoutStep = 0;
-      const lineOf = (bytes: Uint8Array) => {
+      const lineOf = (bytes: Uint8Array, time: bigint) => {
         const scan = decodeScan(bytes, hasEchoes);
         if (scan.angleIncrement === 0) numWithoutStep += 1;
-        return { frame: scan.frame, line: scanLine(scan, isUpsideDown) };
+        return { frame: scan.frame, line: scanLine({ ...scan, stamp: stampOf(time) }, isUpsideDown) };
       };
-      for (const { index } of messages) {
+      for (const { index, time } of messages) {
         try {
-          scansRead.push(await this.#convert(topic, index, path, lineOf));
+          scansRead.push(await this.#convert(topic, index, path, (bytes) => lineOf(bytes, time)));
         } catch (error) {
           faults.push(wordsOf(error));
         }

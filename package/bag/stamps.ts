@@ -3,8 +3,8 @@ import { lost, type Note } from '../base/errors.js';
 import { decodeStamp, type Stamp, STAMP_BYTES } from './messages.js';
 import type { Bag, Topic } from './open.js';
 
-/** time: ns */
-type Stamped = { index: number; time: bigint };
+/** time, recorded: ns */
+export type Stamped = { index: number; time: bigint; recorded: bigint };
 
 /** So many messages are looked into at a time. */
 const READ_AT_ONCE = 64;
@@ -32,7 +32,7 @@ export async function stampedMessages(
     for (const [i, head] of heads.entries()) {
       if (head.status === 'fulfilled') {
         if (head.value === 0n) numUnset += 1;
-        found.push({ index: first + i, time: head.value });
+        found.push({ index: first + i, time: head.value, recorded: bag.time(topic, first + i) });
       } else {
         const { problem, message } = head.reason;
         const reason = problem ?? message;
@@ -42,9 +42,7 @@ export async function stampedMessages(
     onProgress(first + indexes.length);
   }
   const isSet = 2 * numUnset < found.length;
-  const timed = isSet
-    ? found.filter(({ time }) => time !== 0n)
-    : found.map(({ index }) => ({ index, time: bag.time(topic, index) }));
+  const timed = isSet ? found.filter(({ time }) => time !== 0n) : found.map(byRecorder);
   const { messages, notes } = inOrder(topic.name, timed);
   for (const [reason, count] of faults) {
     notes.push(lost(topic.name, `${plural(count, 'message')} of ${topic.count} left out: ${reason}`));
@@ -58,34 +56,23 @@ export async function stampedMessages(
 }
 
 /**
- * Messages in the order of their times, each time once. Where time begins anew, as when a recording was played twice,
- * the longest stretch is kept.
+ * Messages in the order of their times, each time once.
  * @param name of the topic
  * @param messages in the order in which they were recorded
  */
-export function inOrder(name: string, messages: readonly Stamped[]): { messages: Stamped[]; notes: Note[] } {
-  const notes: Note[] = [];
-  const stretches: Stamped[][] = [[]];
-  let latest = null;
+function inOrder(name: string, messages: readonly Stamped[]) {
+  const { messages: continuous, notes } = withoutJumps(name, messages);
+  let latest = continuous[0]?.time ?? 0n;
   let numEarly = 0;
-  for (const message of messages) {
-    if (latest !== null && message.time < latest - NEW_BEGINNING) {
-      stretches.push([]);
-      latest = null;
-    } else if (latest !== null && message.time < latest) numEarly += 1;
-    stretches.at(-1)?.push(message);
-    if (latest === null || message.time > latest) latest = message.time;
-  }
-  const longest = stretches.toSorted((a, b) => b.length - a.length)[0] ?? [];
-  if (stretches.length > 1) {
-    const reason = `time jumps back ${stretches.length === 2 ? 'once' : `${stretches.length - 1} times`}; the longest stretch is used, ${longest.length} of ${plural(messages.length, 'message')}`;
-    notes.push(lost(name, reason));
+  for (const { time } of continuous) {
+    if (time < latest) numEarly += 1;
+    else latest = time;
   }
   if (numEarly > 0) {
     const reason = `time runs backwards at ${plural(numEarly, 'message')}; all are taken in the order of their times`;
     notes.push({ file: name, reason });
   }
-  const ordered = longest.toSorted((a, b) => (a.time < b.time ? -1 : a.time > b.time ? 1 : a.index - b.index));
+  const ordered = continuous.toSorted((a, b) => (a.time < b.time ? -1 : a.time > b.time ? 1 : a.index - b.index));
   const distinct = ordered.filter(({ time }, index) => index === 0 || time !== ordered[index - 1]?.time);
   if (distinct.length < ordered.length) {
     const reason = `${plural(ordered.length - distinct.length, 'message')} left out: another one has the same time`;
@@ -94,12 +81,62 @@ export function inOrder(name: string, messages: readonly Stamped[]): { messages:
   return { messages: distinct, notes };
 }
 
+/**
+ * Messages whose times do not begin anew. Where they do and some come again, a recording was played twice: the longest stretch
+ * is kept. Where none comes again, either a clock was set, and the times of recording are used, or messages came late.
+ * @param messages in the order in which they were recorded
+ */
+export function withoutJumps(
+  name: string,
+  messages: readonly Stamped[],
+): { messages: readonly Stamped[]; notes: Note[] } {
+  const stretches = stretchesOf(messages);
+  if (stretches.length < 2) return { messages, notes: [] };
+  const jumps = `time jumps back ${stretches.length === 2 ? 'once' : `${stretches.length - 1} times`}`;
+  if (new Set(messages.map(({ time }) => time)).size < messages.length) {
+    const longest = stretches.toSorted((a, b) => b.length - a.length)[0] ?? [];
+    const reason = `${jumps}; the longest stretch is used, ${longest.length} of ${plural(messages.length, 'message')}`;
+    return { messages: longest, notes: [lost(name, reason)] };
+  }
+  if (!stretches.every(isSteady)) return { messages, notes: [] };
+  const reason = `${jumps}, as where a clock is set: the times of recording are used`;
+  return { messages: messages.map(byRecorder), notes: [{ file: name, reason }] };
+}
+
+function stretchesOf(messages: readonly Stamped[]) {
+  const stretches: Stamped[][] = [];
+  let latest: bigint | null = null;
+  for (const message of messages) {
+    if (latest === null || message.time < latest - NEW_BEGINNING) {
+      stretches.push([]);
+      latest = message.time;
+    }
+    stretches.at(-1)?.push(message);
+    if (message.time > latest) latest = message.time;
+  }
+  return stretches;
+}
+
+/** Whether its clock goes as the recorder's does. */
+function isSteady(stretch: readonly Stamped[]) {
+  const [first] = stretch;
+  const late = (message: Stamped) => message.recorded - message.time;
+  return stretch.every((message) => {
+    const change = late(message) - late(first ?? message);
+    return change < NEW_BEGINNING && change > -NEW_BEGINNING;
+  });
+}
+
+function byRecorder(message: Stamped): Stamped {
+  return { ...message, time: message.recorded };
+}
+
 export function nanoseconds({ sec, nsec }: Stamp) {
   return BigInt(sec) * 1_000_000_000n + BigInt(nsec);
 }
 
 /** @param time ns */
-function stampOf(time: bigint): Stamp {
+export function stampOf(time: bigint): Stamp {
   return { sec: Number(time / 1_000_000_000n), nsec: Number(time % 1_000_000_000n) };
 }
 

@@ -34,3 +34,6 @@ export function haveDecimalCommas(lines: readonly string[]) {
   const isDecimal = has(',') && (has(';') || has(' ') || has('\t')) && !lines.some((line) => /\.\d/.test(line));
   return isDecimal && !lines.some((line) => /,\s|,\d*,/.test(line));
 }
+
+/** One degree (rad). */
+export const DEGREE = Math.PI / 180;

@@ -9,7 +9,8 @@
  * | the radar of the Arduino tutorials: angle, distance, a point | `15,34.16,33.17,33.` |
  * | letters before the numbers | `a:15.50 r:1.234` |
  */
-import { DEGREE, evenShare, extent, MAX_RADIANS, median, stepsOf } from './angles.js';
+import { DEGREE } from '../base/units.js';
+import { evenShare, extent, MAX_RADIANS, median, stepsOf } from './angles.js';
 
 const NUMBER = String.raw`-?\d+(?:\.\d+)?`;
 /** So many readings have to stand at the beginning. */

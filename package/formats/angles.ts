@@ -1,7 +1,6 @@
 /** Angles of readings: their unit, whether they are evenly spaced, and in which sense the laser turns. */
+import { DEGREE } from '../base/units.js';
 
-/** One degree (rad). */
-export const DEGREE = Math.PI / 180;
 /** Angles beyond this are in degrees: no angle of a scan is larger in radians. */
 export const MAX_RADIANS = 7;
 

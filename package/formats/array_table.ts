@@ -3,7 +3,7 @@
  * first line says what its columns are, or CSM's JSON where the angles are not evenly spaced. Arrays are recognised by
  * their names and by the lengths that they have in common.
  */
-import { areDegrees } from './angles.js';
+import { inRadians } from './angles.js';
 import type { Numbers, Struct, Value, Variables } from './mat.js';
 
 /** Arrays that belong together, by their names. */
@@ -220,7 +220,7 @@ function anglesOf(others: [string, Numbers][], count: number): Angles | null {
 
 /** @param given in radians or degrees */
 function describe(given: number[]): Angles {
-  const values = areDegrees(given) ? given.map((degrees) => (degrees * Math.PI) / 180) : given;
+  const values = inRadians(given);
   const [start = 0] = values;
   const step = ((values.at(-1) ?? 0) - start) / Math.max(1, values.length - 1);
   const isEven =

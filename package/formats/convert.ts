@@ -151,6 +151,23 @@ function madeOf(file: Content, make: () => Promise<Uint8Array>, changes: Partial
   };
 }
 
+/** The first bytes of a file; none of one that cannot be read. */
+function headOf(file: Content) {
+  return file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
+}
+
+/** The clouds of a file, numbered where they are several. */
+function cloudsOf(file: Content, make: () => Promise<Uint8Array[]>, sizes: readonly number[], ending: string) {
+  const stem = file.path.replace(/\.\w+$/, '');
+  return sizes.map((size, at) =>
+    madeOf(file, async () => (await make())[at] ?? new Uint8Array(), {
+      path: `${stem}${sizes.length > 1 ? `_${at + 1}` : ''}${ending}`,
+      size,
+      isCloud: true,
+    }),
+  );
+}
+
 async function unpacked(file: Content, inner: string, notes: Note[]): Promise<Content | Content[]> {
   if (/\.tar$/i.test(inner)) {
     throw fileError(file.path, 'An archive within an archive or a folder is not opened', 'Unpack it, or give it alone');
@@ -208,7 +225,7 @@ async function matFile(file: Content): Promise<Content | Content[]> {
 /** A planar scan as PLY; other clouds the engine reads itself. */
 async function pcdFile(file: Content): Promise<Content> {
   const { isPlanarPcd, plyOfPcd } = await import('./planar_pcd.js');
-  const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
+  const head = await headOf(file);
   return isPlanarPcd(head) ? madeOf(file, async () => plyOfPcd(await file.read())) : file;
 }
 
@@ -217,44 +234,34 @@ async function textFile(file: Content, notes: Note[]): Promise<Content[]> {
   const { pointColumns, textClouds } = await import('./text_cloud.js');
   const make = async () => {
     const bytes = await file.read();
-    return textClouds(bytes, pointColumns(bytes.subarray(0, HEAD_BYTES)) ?? undefined);
+    const columns = pointColumns(bytes.subarray(0, HEAD_BYTES)) ?? undefined;
+    return textClouds(bytes, columns).filter(({ count }) => count > 0);
   };
-  const clouds = (await make()).filter(({ count }) => count > 0);
+  const clouds = await make();
   if (clouds.length === 0) {
     throw fileError(file.path, 'No line of it begins with x y z', 'Save the points as text, x y z a line');
   }
   for (const reason of new Set(clouds.flatMap((cloud) => cloud.notes))) notes.push({ file: file.path, reason });
   for (const { loss } of clouds) if (loss !== null) notes.push(lost(file.path, loss));
-  const [stem, ending] = [file.path.replace(/\.\w+$/, ''), file.path.slice(file.path.lastIndexOf('.'))];
-  return clouds.map((cloud, at) =>
-    madeOf(file, async () => (await make())[at]?.ply ?? new Uint8Array(), {
-      isCloud: true,
-      ...(clouds.length > 1 ? { path: `${stem}_${at + 1}${ending}`, size: cloud.ply.length } : {}),
-    }),
-  );
+  const makePly = async () => (await make()).map(({ ply }) => ply);
+  const sizes = clouds.map(({ ply }) => ply.length);
+  return cloudsOf(file, makePly, sizes, file.path.slice(file.path.lastIndexOf('.')));
 }
 
 /** The clouds of a document in JSON; null where it is none. */
 async function jsonClouds(file: Content): Promise<Content[] | null> {
   const { cloudsOfJson, isCloudJson } = await import('./json_clouds.js');
-  const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
+  const head = await headOf(file);
   if (!isCloudJson(new TextDecoder().decode(head))) return null;
   const make = async () => cloudsOfJson(new TextDecoder().decode(await file.read()));
   const sizes = (await make()).map(({ length }) => length);
-  const stem = file.path.replace(/\.\w+$/, '');
-  return sizes.map((size, at) =>
-    madeOf(file, async () => (await make())[at] ?? new Uint8Array(), {
-      path: `${stem}${sizes.length > 1 ? `_${at + 1}` : ''}.ply`,
-      size,
-      isCloud: true,
-    }),
-  );
+  return cloudsOf(file, make, sizes, '.ply');
 }
 
 /** A depth image as text; the file itself where it is none. */
 async function depthTable(file: Content): Promise<Content> {
   const { depthOfTable, isDepthTable } = await import('./depth_table.js');
-  const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
+  const head = await headOf(file);
   if (head.includes(0) || !isDepthTable(new TextDecoder().decode(head))) return file;
   const make = async () => depthOfTable(file.path, await file.read());
   const { length } = await make();
@@ -263,7 +270,7 @@ async function depthTable(file: Content): Promise<Content> {
 
 /** Scans as a program prints or a device sends them; the file itself where it is none. */
 async function scanText(file: Content, notes: Note[]): Promise<Content> {
-  const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
+  const head = await headOf(file);
   const isBinary = head.includes(0);
   // Lines of numbers may be a table, but not where words say which program wrote them.
   if (!isBinary && ((isLaserLog(head) && !isTable(head)) || isOfLabels(file.path, head))) return file;
@@ -306,7 +313,7 @@ async function findPointTables<T extends Content>(files: readonly T[]): Promise<
   ]);
   let isOfLaser = false;
   for (const file of files) {
-    const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
+    const head = await headOf(file);
     const isNumbered = isNumberedPoints(new TextDecoder().decode(head));
     const columns = named.includes(file) && !isNumbered ? looksLikePoints(head) : null;
     const isTold = columns !== null && isLaserTable(head);

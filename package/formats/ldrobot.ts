@@ -6,7 +6,7 @@
  * Source: LDROBOT, "LD19 Development Manual", communication protocol (CRC-8, polynomial 4D).
  */
 
-import { DEGREE } from './angles.js';
+import { DEGREE } from '../base/units.js';
 import { ReadingScans, type Scan } from './scan.js';
 
 const [HEADER, LENGTH_CODE] = [0x54, 0x2c];

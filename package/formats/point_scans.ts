@@ -8,7 +8,8 @@
  * | the number of the scan, x and y, a return a line | `scan_id,x,y` |
  * | lists of points in JSON | `{"scans": [{"points": [[x, y], ...]}]}`, `[{"x": ..., "y": ...}, ...]` |
  */
-import { DEGREE, evenShare, inRadians, MAX_RADIANS, mayBeMirrored, median, stepsOf } from './angles.js';
+import { DEGREE } from '../base/units.js';
+import { evenShare, inRadians, MAX_RADIANS, mayBeMirrored, median, stepsOf } from './angles.js';
 import type { Scan } from './scan.js';
 
 /** Fewer returns are no scan. */

@@ -1,5 +1,6 @@
 /** Tables of two columns that are bearings and ranges, though nothing names them: bearings are evenly spaced, the x of points is not. */
-import { areDegrees, DEGREE, evenShare, extent, median, stepsOf } from './angles.js';
+import { DEGREE } from '../base/units.js';
+import { areDegrees, evenShare, extent, median, stepsOf } from './angles.js';
 
 /** Fewer readings are no scan. */
 const MIN_READINGS = 24;

@@ -3,7 +3,7 @@
  * arrays alone; lists of (quality, angle, distance).
  */
 import { fileError } from '../base/errors.js';
-import { DEGREE } from './angles.js';
+import { DEGREE } from '../base/units.js';
 import { type Scan, scanOf } from './scan.js';
 import type { Tell } from './scan_checks.js';
 

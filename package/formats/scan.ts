@@ -1,5 +1,5 @@
 /** A laser scan as the readers here find it, and how it is made of named fields. */
-import { DEGREE } from './angles.js';
+import { DEGREE } from '../base/units.js';
 
 /**
  * A scan: ranges (m; null where nothing came back), angles in rad.

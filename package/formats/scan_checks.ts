@@ -1,7 +1,7 @@
 /** Scans that programs print, against what a laser can be: their units, and limits and angles that contradict each other. */
 import { fileError } from '../base/errors.js';
 import { MOST_ANGLE } from '../files/laser_logs.js';
-import { DEGREE } from './angles.js';
+import { DEGREE } from '../base/units.js';
 import { given, type Scan } from './scan.js';
 
 /** completes "FILE: ..."; isLoss: something could not be used */

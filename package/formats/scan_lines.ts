@@ -5,7 +5,7 @@
  * rn`); the output of `ultra_simple` in the SDK of RPLIDARs (`S  theta: 0.00 Dist: 1200.00 Q: 47`, degrees clockwise, mm).
  */
 
-import { DEGREE } from './angles.js';
+import { DEGREE } from '../base/units.js';
 import { scanOfPoints } from './point_scans.js';
 import { ReadingScans, type Scan } from './scan.js';
 
@@ -73,16 +73,21 @@ export function isRplidar(head: string) {
 
 /** A scan begins with an S, or where the angle jumps back. */
 export function fromRplidar(text: string): Scan[] {
-  const scans = new ReadingScans();
   let last = Infinity;
-  for (const line of text.split(/\r?\n/)) {
+  return readingScans(text, (scans, line) => {
     const [, degrees, distance] = RPLIDAR.exec(line) ?? [];
-    if (degrees === undefined) continue;
+    if (degrees === undefined) return;
     const angle = Number(degrees);
     if (/^\s*S\s/.test(line) || angle < last - 180) scans.begin();
     last = angle;
     scans.add(-DEGREE * angle, 1e-3 * Number(distance));
-  }
+  });
+}
+
+/** Scans of a reading a line. */
+function readingScans(text: string, add: (scans: ReadingScans, line: string) => void) {
+  const scans = new ReadingScans();
+  for (const line of text.split(/\r?\n/)) add(scans, line);
   return scans.whole();
 }
 
@@ -97,13 +102,11 @@ export function isListener(head: string) {
 
 /** A scan begins where it is announced. */
 export function fromListener(text: string): Scan[] {
-  const scans = new ReadingScans();
-  for (const line of text.split(/\r?\n/)) {
+  return readingScans(text, (scans, line) => {
     if (LISTENS.test(line)) scans.begin();
     const [, angle, range] = LISTENER.exec(line) ?? [];
     if (angle !== undefined) scans.add(DEGREE * Number(angle), Number(range));
-  }
-  return scans.whole();
+  });
 }
 
 const NEATO_HEAD = /^AngleInDegrees\s*,\s*DistInMM\s*,\s*Intensity\s*,\s*ErrorCodeHEX/im;
@@ -115,15 +118,13 @@ export function isNeato(head: string) {
 
 /** Degrees counter-clockwise, mm; what has an error code is none. */
 export function fromNeato(text: string): Scan[] {
-  const scans = new ReadingScans();
-  for (const line of text.split(/\r?\n/)) {
+  return readingScans(text, (scans, line) => {
     if (NEATO_HEAD.test(line)) scans.begin();
     const [, angle, distance, code] = /^\s*(\d{1,3})\s*,\s*(\d+)\s*,\s*\d+\s*,\s*([0-9a-f]+)\s*$/i.exec(line) ?? [];
-    if (angle === undefined) continue;
+    if (angle === undefined) return;
     const isGood = Number.parseInt(code ?? '', 16) === 0;
     scans.add(DEGREE * Number(angle), isGood ? 1e-3 * Number(distance) : 0);
-  }
-  return scans.whole();
+  });
 }
 
 /** Logs of MobileRobots' ARIA and ARNL: mm and degrees. */

@@ -5,7 +5,7 @@
  * Source of the layout: SICK, "Telegram listing: ranging sensors LMS1xx, LMS5xx, TiM5xx, ...".
  */
 import { viewOf } from '../base/bytes.js';
-import { DEGREE } from './angles.js';
+import { DEGREE } from '../base/units.js';
 import type { Scan } from './scan.js';
 
 const START = 0x02020202;

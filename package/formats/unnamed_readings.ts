@@ -1,5 +1,6 @@
 /** Tables of a reading a line without names: which column is the angle, as it turns again and again, and which the range. */
-import { areDegrees, DEGREE, extent, stepsOf } from './angles.js';
+import { DEGREE } from '../base/units.js';
+import { areDegrees, extent, stepsOf } from './angles.js';
 
 /** So many lines tell. */
 const MIN_LINES = 60;

@@ -1,6 +1,6 @@
 /**
  * The camera of depth images in a file of another program: OpenCV (YAML, XML), ROS's camera_info, Open3D, RealSense, Kalibr,
- * ORB-SLAM, ScanNet, BOP, nerfstudio, Azure Kinect, plain numbers. Fields are known by their names, matrices by their form:
+ * ORB-SLAM, ScanNet, BOP, nerfstudio, InfiniTAM, Azure Kinect, plain numbers. Fields are known by their names, matrices by their form:
  * `fx 0 cx, 0 fy cy, 0 0 1`, row by row or column by column.
  */
 import { fileError } from '../base/errors.js';
@@ -44,7 +44,10 @@ function plain(name: string) {
 export function readCameras(bytes: Uint8Array): Camera[] {
   const text = new TextDecoder().decode(inUtf8(bytes)).replace(/^\uFEFF/, '');
   const numbers = plainNumbers(text);
-  if (numbers) return ofNumbers(numbers);
+  const plainCameras = numbers ? ofNumbers(numbers) : [];
+  if (plainCameras.length > 0) return plainCameras;
+  const blocks = ofBlocks(text);
+  if (blocks.length > 0 || numbers) return blocks;
   const colmap = ofColmap(text);
   if (colmap.length > 0) return colmap;
   const readers = [readDocument, readLabels, readTable];
@@ -91,6 +94,12 @@ function ofNumbers(numbers: number[]): Camera[] {
     return isFocal(a) && isFocal(b) ? [{ ...camera('', inOrder(numbers)), distortion: numbers.slice(4) }] : [];
   }
   return [];
+}
+
+/** Two cameras between empty lines, of the colours and of the depth images, as InfiniTAM has them: size, focal lengths, centre. */
+function ofBlocks(text: string): Camera[] {
+  const cameras = text.split(/\n\s*\n/).flatMap((block) => ofNumbers(plainNumbers(block) ?? []));
+  return cameras.length === 2 ? cameras.map((one, at) => ({ ...one, label: at === 0 ? 'color' : 'depth' })) : [];
 }
 
 /** `ID MODEL WIDTH HEIGHT PARAMETERS` a line, as COLMAP's cameras.txt; its pixels are counted from the image's corner. */

@@ -3,7 +3,7 @@
  * roll, pitch and yaw, latitude and longitude, decimal commas, other units, dates; the messages that `ros2 topic echo --csv` writes; the
  * exports of Vicon's and OptiTrack's motion capture; NCLT's ground truth.
  */
-import { haveDecimalCommas, LENGTH_UNIT, perMetre, ticksPerSecond } from '../base/units.js';
+import { DEGREE, haveDecimalCommas, LENGTH_UNIT, perMetre, ticksPerSecond } from '../base/units.js';
 
 const TIME_UNITS: Readonly<Record<string, number>> = {
   ms: 1e3,
@@ -16,7 +16,6 @@ const TIME_UNITS: Readonly<Record<string, number>> = {
 };
 /** Angles beyond it are degrees: a turn and what unwrapping adds. */
 const MAX_RADIANS = 2 * Math.PI + 0.1;
-const DEGREE = Math.PI / 180;
 /** How far the norm of a rounded quaternion may be from 1. */
 const NORM_TOLERANCE = 1e-2;
 /** Lines above a table of motion capture. */

@@ -10,7 +10,7 @@ import { decodePoses } from '../../npm/bag/messages.js';
 import { openBags } from '../../npm/bag/open.js';
 import { understand } from '../../npm/recording/understand.js';
 import { bagFile, db3Bytes, listOne, mcapBytes, openOne } from './bag_files.mjs';
-import { cameraInfo, image, odometry, stampAt } from './bag_messages.mjs';
+import { cameraInfo, image, laserScan, odometry, stampAt } from './bag_messages.mjs';
 import { ROOT, scanstitch, temporaryFolder, writeFiles } from './support.mjs';
 
 const DEPTH = { name: '/camera/depth/image_raw', type: 'sensor_msgs/msg/Image' };
@@ -226,6 +226,14 @@ test('time that runs backwards is told, and order is made of it', async () => {
     /time jumps back once; the longest stretch is used, 30 of 50/,
   );
 
+  const set = [10, 10.2, 5.4, 5.6].map((at, index) => ({ ...depthAt(at), time: nanoseconds(20 + index / 5) }));
+  const { recording: whole } = await recordingOf(mcapBytes([DEPTH], set));
+  assert.deepEqual(
+    whole.depth_frames.map(({ time }) => time),
+    [20, 20.2, 20.4, 20.6],
+    'a clock that was set',
+  );
+
   const unset = [1, 2, 3].map((index) => ({ ...depthAt(0), time: nanoseconds(index) }));
   const recorded = await recordingOf(mcapBytes([DEPTH], unset));
   assert.deepEqual(
@@ -233,6 +241,36 @@ test('time that runs backwards is told, and order is made of it', async () => {
     [1, 2, 3],
     'by when they were recorded',
   );
+});
+
+test('scans and odometry of a clock that was set have the times of recording', async () => {
+  const topics = [{ name: '/scan', type: 'sensor_msgs/msg/LaserScan' }, ODOMETRY];
+  const messages = [50, 50.5, 12, 12.5].flatMap((at, index) => {
+    const time = nanoseconds(20 + index / 2);
+    const scan = laserScan(stampAt(at), 0, 0.1, [0.1, 9], [1, 2, 3]);
+    const pose = odometry(stampAt(at), 'odom', 'laser', [index, 0, 0, 0, 0, 0, 1]);
+    return [
+      { topic: '/scan', time, data: scan },
+      { topic: '/odom', time, data: pose },
+    ];
+  });
+  const { files } = await recordingOf(mcapBytes(topics, messages));
+  const [odom, scan] = await Promise.all(
+    ['odom.tum', 'scan.log'].map(async (name) => {
+      const read = files.find(({ path }) => path.endsWith(name))?.read;
+      return new TextDecoder()
+        .decode(await read?.())
+        .trim()
+        .split('\n');
+    }),
+  );
+  const times = [20, 20.5, 21, 21.5];
+  assert.deepEqual(scan?.map((line) => JSON.parse(line).timestamp), times.map((time) => [Math.floor(time), 1e6 * (time % 1)])); // prettier-ignore
+  assert.deepEqual(
+    odom?.map((line) => Number(line.split(' ')[0])),
+    times,
+  );
+  assert.deepEqual(odom?.map((line) => Number(line.split(' ')[1])), [0, 1, 2, 3]); // prettier-ignore
 });
 
 test('depth without CameraInfo: the camera is asked for, and one in a file is taken', async () => {

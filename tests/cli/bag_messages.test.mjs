@@ -276,6 +276,22 @@ test('clouds keep their fields, whatever their layout', () => {
       assert.deepEqual([...read, values.getUint16(14 * i + 12, true)], [x, y, z, ring]);
     });
   }
+  for (const name of ['x', 'xyz', 'position']) {
+    const view = new DataView(new ArrayBuffer(2 * 16));
+    [1, -2, 3, 7, 4, 5, -6, 8].forEach((value, at) => view.setFloat32(4 * at, value, true));
+    const fields = /** @type {[string, number, number, number?][]} */ ([
+      [name, 0, 7, 3],
+      ['intensity', 12, 7],
+    ]);
+    const whole = { stamp: STAMP, width: 2, pointStep: 16, data: new Uint8Array(view.buffer), fields };
+    const { header, body } = split(cloudFile(decodeCloud(pointCloud(whole))), 10);
+    assert.match(
+      header,
+      /FIELDS x y z intensity\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\n/,
+      `a position in one field: ${name}`,
+    );
+    assert.equal(new DataView(body.buffer).getFloat32(4, true), -2);
+  }
   const flat = pointCloud({
     stamp: STAMP,
     width: 1,

@@ -176,8 +176,16 @@ const CASES = {
     told: [clouds('/points', { stamp: (time) => (time > 100.25 ? 100.15 : time) })],
     said: [/\/points: time runs backwards at 1 message; all are taken in the order of their times/],
   },
-  'times that begin anew': {
+  'a clock that was set': {
     told: [clouds('/points', { stamp: (time) => (time > 100.25 ? time - 50 : time) })],
+    said: [/\/points: time jumps back once, as where a clock is set: the times of recording are used/],
+  },
+  'messages that came seconds late': {
+    told: [clouds('/points', { stamp: (time) => 100 + ([30, 0, 20, 10][Math.round(10 * (time - 100))] ?? 0) })],
+    said: [/\/points: time runs backwards at 3 messages; all are taken in the order of their times/],
+  },
+  'times that begin anew': {
+    told: [clouds('/points', { stamp: (time) => 100 + (Math.round(20 * (time - 100)) % 6) })],
     said: [/\/points: time jumps back once; the longest stretch is used, 3 of 4 messages/],
   },
   'one time for all': {

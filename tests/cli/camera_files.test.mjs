@@ -318,6 +318,8 @@ distortion_coefficients: [-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05]
 `,
   'metadata.json': `{"w":256,"h":192,"K":[212.5,0,0,0,212.5,0,127.9,95.8,1],"fps":60,"poses":[[0,0,0,1,0,0,0]]}`,
   'camera.txt': `fx = 525.0\nfy = 525.0\ncx = 319.5\ncy = 239.5\ndepth factor: 5000\n`,
+  'infinitam_calib.txt': `640 480\n573.71 574.394\n346.471 249.031\n\n640 480\n570 571\n320 240\n\n1 0 0 0\n0 1 0 0\n0 0 1 0\n\naffine 0.001 0.0\n`,
+  'infinitam_disparity.txt': `640 480\r\n573 574\r\n346 249\r\n\r\n640 480\r\n570 571\r\n320 240\r\n\r\n1 0 0 0\r\n0 1 0 0\r\n0 0 1 0\r\n\r\n1135 0.08\r\n`,
   'zed_camera.conf': `[LEFT_CAM_HD]\nfx=699.9\nfy=699.8\ncx=660.4\ncy=360.5\nk1=-0.17\n\n[LEFT_CAM_VGA]\nfx=349\nfy=349\ncx=330\ncy=180\n`,
 };
 
@@ -355,6 +357,8 @@ const EXPECTED = {
   'calibration.json': [[640, 576], [504.627, 504.73, 335.782, 348.396], null],
   'sensor.yaml': [[752, 480], [458.654, 457.296, 367.215, 248.375], null],
   'metadata.json': [[256, 192], [212.5, 212.5, 127.9, 95.8], null],
+  'infinitam_calib.txt': [[640, 480], [570, 571, 320, 240], null],
+  'infinitam_disparity.txt': [[640, 480], [570, 571, 320, 240], null],
   'zed_camera.conf': [[672, 376], [349, 349, 330, 180], null],
 };
 

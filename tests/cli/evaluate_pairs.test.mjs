@@ -44,6 +44,42 @@ function otherAxes(poses) {
   }));
 }
 
+test('a reference in reverse order is told, and is not explained by other axes', async (t) => {
+  const truth = walk(0);
+  // A walk whose speed varies, which tells its direction; half a circle turned back is half a circle.
+  const bent = truth.map((pose, i) => ({ ...pose, position: pose.position.map((x) => x * (1 + 0.004 * i)) }));
+  const reversed = bent.map(({ t: at }, i) => ({ ...(bent[bent.length - 1 - i] ?? bent[0]), t: at }));
+  const [forward = '', backward = '', mine = ''] = writeFiles(temporaryFolder(t), {
+    'truth.tum': tum(bent),
+    'reversed.tum': tum(/** @type {typeof bent} */ (reversed)),
+    'mine.tum': tum(bent),
+  });
+  const right = await evaluated([forward, mine, '--align', 'se3']);
+  assert.equal(right.stderr, '');
+  const { estimates, stderr } = await evaluated([backward, mine, '--align', 'se3']);
+  assert.match(
+    stderr,
+    /Ground truth: its poses are in reverse order, or the estimate's are: .* Reverse the order in the file/,
+  );
+  assert.doesNotMatch(stderr, /axes|another recording/);
+  assert.ok(estimates[0].statistics.rmse > 1);
+});
+
+test('times that are all the same are refused, and without them the poses are compared', async (t) => {
+  const same = walk(0).map((pose) => ({ ...pose, t: 1604644894 }));
+  const rows = tum(same).replaceAll(/^\S+ /gm, '');
+  const [truth = '', mine = '', without = ''] = writeFiles(temporaryFolder(t), {
+    'truth.tum': tum(walk(0)),
+    'mine.tum': tum(same),
+    'without.txt': rows,
+  });
+  const { status, stderr } = await scanstitch(['evaluate', truth, mine]);
+  assert.equal(status, 1);
+  assert.match(stderr, /All times of one of them are the same, 1604644894 s in the estimate.* leave them out/);
+  const { estimates } = await evaluated([truth, without]);
+  assert.ok(estimates[0].statistics.max < 1e-9);
+});
+
 test('conventions of either side are found and told, and the figures are those of equal conventions', async (t) => {
   const folder = temporaryFolder(t);
   const mine = walk(0.002);

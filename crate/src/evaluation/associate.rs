@@ -24,8 +24,20 @@ pub(crate) const MAX_TIME_DIFFERENCE: f64 = 0.02;
 /// A pose of the longer trajectory may thus correspond to several poses of the shorter one.
 ///
 /// # Errors
-/// When no stamps match; the error gives both time spans and, where one is found, the unit or offset by which they overlap.
+/// When no stamps match; the error gives both time spans and, where one is found, the unit or offset by which they overlap. When
+/// all stamps of one are the same.
 pub fn by_time(reference: &[f64], estimate: &[f64], max_diff: f64, offset: f64) -> Result<Vec<Pair>> {
+    for (whose, stamps) in [("reference", reference), ("estimate", estimate)] {
+        if stamps.len() > 1 && stamps.iter().all(|stamp| *stamp == stamps[0]) {
+            return Err(Error::whole(
+                format!(
+                    "All times of one of them are the same, {} s in the {whose}, as numbers of too few digits are",
+                    stamps[0]
+                ),
+                "Write them with more digits, or leave them out where both have a pose for each frame",
+            ));
+        }
+    }
     let estimate_is_longer = estimate.len() > reference.len();
     let (short, long) = if estimate_is_longer { (reference, estimate) } else { (estimate, reference) };
     let shift = if estimate_is_longer { offset } else { -offset };
@@ -174,15 +186,7 @@ fn no_match(reference: &[f64], estimate: &[f64], max_diff: f64, offset: f64) -> 
          {:.3} s, the estimate {:.3} to {:.3} s",
         of_reference.0, of_reference.1, of_estimate.0, of_estimate.1
     );
-    let is_alike = |stamps: &[f64], (first, last): (f64, f64)| stamps.len() > 1 && first == last;
-    let remedy = if is_alike(estimate, of_estimate) || is_alike(reference, of_reference) {
-        "All times of one of them are the same, as numbers of too few digits are: write them with more, or leave them out where \
-         both have a pose for each frame"
-            .to_owned()
-    } else {
-        guess(of_reference, of_estimate, offset)
-    };
-    Error::whole(problem, remedy)
+    Error::whole(problem, guess(of_reference, of_estimate, offset))
 }
 
 /// The likely cause, in a sentence: the estimate's unit, a constant offset, or the tolerance.

@@ -9,7 +9,7 @@ use super::clock_offset::clock_offset;
 use super::drift::{Drift, drift, drift_of_numbered};
 use super::interpolate::interpolated;
 use super::metrics::{PoseRelation, ape, rpe};
-use super::motion_agreement::agreement;
+use super::motion_agreement::{agreement, reversal};
 use super::motion_ratio::ratio_of;
 use super::pair_conventions::agreed;
 use super::pairs::{DeltaUnit, PairOptions};
@@ -340,7 +340,11 @@ fn corresponding(reference: &Trajectory, estimate: &Trajectory, options: &Evalua
         let of_estimate = Path::of(estimate, matched.iter().map(|pair| pair.estimate));
         (matched, is_by_time, [of_reference, of_estimate])
     };
+    let has_orientations = paths.iter().all(|path| path.rotations.is_some());
+    let compared = sampled_pairs(&paths[1], &paths[0], MAX_MISFIT_FRAMES);
+    // Other axes explain a part of what the reverse order explains.
     if options.conventions == Conventions::Detected
+        && reversal("", &compared, has_orientations).is_none()
         && let Some(found) = agreed(&paths[0], &paths[1], [reference, estimate])
     {
         advice.push(Advice::ConventionsAsRead);

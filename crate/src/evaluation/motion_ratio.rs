@@ -63,6 +63,11 @@ fn logarithms_of(pairs: &[(Pose3, Pose3)]) -> (Vec<f64>, Vec<f64>) {
     (steps, turns)
 }
 
+/// The widest gap between frames that leaves enough motions which share no frame.
+pub(super) fn widest_gap(num_poses: usize) -> usize {
+    FRAME_GAPS.into_iter().rev().find(|gap| num_poses >= gap * MIN_MOTIONS).unwrap_or(1)
+}
+
 /// Size of the motion between two frames. It is independent of the world frame and, apart from the lever arm, of where the
 /// sensor is mounted.
 pub(super) struct MotionSize {

@@ -202,7 +202,8 @@ fn by_positions(reference: &Path, estimate: &Path) -> Option<Agreed> {
     })
 }
 
-fn is_beyond_chance(as_read: f64, other: f64, num_independent: usize) -> bool {
+/// Whether another reading leaves so much smaller a misfit than the one as read that chance does not explain it.
+pub(super) fn is_beyond_chance(as_read: f64, other: f64, num_independent: usize) -> bool {
     let ratio = (as_read + MISFIT_ROUNDING) / (other + MISFIT_ROUNDING);
     ratio * MAX_REMAINING >= 1.0 && num_independent as f64 * ratio.ln() >= MIN_LOG_LIKELIHOOD_RATIO
 }

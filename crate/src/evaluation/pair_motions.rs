@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::motion_ratio::{FRAME_GAPS, MAX_SAMPLES, MIN_MOTIONS};
+use super::motion_ratio::{MAX_SAMPLES, widest_gap};
 use super::path::{Path, relative};
 use crate::geometry::pose_distance::METRES_PER_RADIAN;
 use crate::geometry::quantile::quantile;
@@ -27,7 +27,7 @@ pub(super) struct Motions {
 
 impl Motions {
     pub fn of(num_poses: usize) -> Option<Self> {
-        let gap = FRAME_GAPS.into_iter().rev().find(|gap| num_poses >= gap * MIN_MOTIONS).unwrap_or(1);
+        let gap = widest_gap(num_poses);
         let count = num_poses.checked_sub(gap).filter(|count| *count > 0)?;
         let stride = count.div_ceil(MAX_SAMPLES);
         let pairs: Vec<_> = (0..count).step_by(stride).map(|index| (index, index + gap)).collect();

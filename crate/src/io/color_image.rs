@@ -9,11 +9,11 @@
 //! files that end up to 17 bytes early. Colours that are silently wrong would be measurements.
 
 use jpeg_decoder::{CodingProcess, Decoder as JpegDecoder, PixelFormat};
-use png::{ColorType, Transformations};
+use png::ColorType;
 
 use super::limits::Packing;
 use super::netpbm;
-use super::png::{PNG_SIGNATURE, broken_png, check_size, first_picture, unknown_format};
+use super::png::{PNG_SIGNATURE, Png8, check_size, unknown_format};
 use super::text::refuse_pointer_and_utf16;
 use crate::camera::ColorImage;
 use crate::{Error, Result};
@@ -38,15 +38,7 @@ pub fn read(bytes: &[u8]) -> Result<ColorImage> {
 }
 
 fn read_png(bytes: &[u8]) -> Result<ColorImage> {
-    let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
-    // 8 bits a channel, palettes looked up.
-    decoder.set_transformations(Transformations::normalize_to_color8());
-    let header = decoder.read_header_info().map_err(broken_png)?;
-    let (width, height) = (header.width as usize, header.height as usize);
-    check_size(width as u64, height as u64, Packing::Deflate(8).most_pixels(bytes.len()))?;
-    let mut reader = decoder.read_info().map_err(broken_png)?;
-    check_palette(reader.info())?;
-    let (color_type, data) = first_picture(&mut reader, REMEDY)?;
+    let Png8 { width, height, color_type, data } = Png8::read(bytes, 8, REMEDY)?;
     let pixels = match color_type {
         ColorType::Grayscale => data.iter().map(|&grey| [grey; 3]).collect(),
         ColorType::GrayscaleAlpha => data.chunks_exact(2).map(|pixel| [pixel[0]; 3]).collect(),
@@ -54,20 +46,6 @@ fn read_png(bytes: &[u8]) -> Result<ColorImage> {
         ColorType::Rgba => data.chunks_exact(4).map(color).collect(),
     };
     Ok(ColorImage { width, height, pixels })
-}
-
-/// A palette has three bytes a colour, at most 256 of them, and no more opacities than colours (PNG specification, 11.2.2 and
-/// 11.3.1.1). The decoder takes that for granted and panics where it is not so.
-pub(super) fn check_palette(info: &png::Info<'_>) -> Result<()> {
-    let num_bytes = info.palette.as_ref().map_or(0, |palette| palette.len());
-    let num_opacities = info.trns.as_ref().map_or(0, |opacities| opacities.len());
-    let is_indexed = info.color_type == ColorType::Indexed;
-    if is_indexed && (!num_bytes.is_multiple_of(3) || num_bytes > 3 * 256 || num_opacities > num_bytes / 3) {
-        let problem =
-            format!("The PNG's palette has {num_bytes} bytes and {num_opacities} opacities, which is not possible");
-        return Err(Error::whole(problem, "Copy or export it again"));
-    }
-    Ok(())
 }
 
 fn read_jpeg(bytes: &[u8]) -> Result<ColorImage> {

@@ -1,6 +1,8 @@
 //! PNG files, and what the readers of depth and colour images share.
 
-use super::limits::MAX_PIXELS;
+use png::{ColorType, Transformations};
+
+use super::limits::{MAX_PIXELS, Packing};
 use super::text::quote;
 use crate::{Error, Result};
 
@@ -28,6 +30,47 @@ pub(super) fn check_size(width: u64, height: u64, most: u64) -> Result<usize> {
         ));
     }
     Ok(pixels as usize)
+}
+
+/// A PNG with 8 bits a channel, palettes looked up.
+pub(super) struct Png8 {
+    pub width: usize,
+    pub height: usize,
+    pub color_type: ColorType,
+    /// Row by row.
+    pub data: Vec<u8>,
+}
+
+impl Png8 {
+    /// Reads one whose pixels take at least this many bits in the file before it is packed.
+    ///
+    /// # Errors
+    /// A file that is broken or cut off; a size the file cannot hold.
+    pub fn read(bytes: &[u8], min_bits: u64, remedy: &str) -> Result<Self> {
+        let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
+        decoder.set_transformations(Transformations::normalize_to_color8());
+        let header = decoder.read_header_info().map_err(broken_png)?;
+        let (width, height) = (header.width as usize, header.height as usize);
+        check_size(width as u64, height as u64, Packing::Deflate(min_bits).most_pixels(bytes.len()))?;
+        let mut reader = decoder.read_info().map_err(broken_png)?;
+        check_palette(reader.info())?;
+        let (color_type, data) = first_picture(&mut reader, remedy)?;
+        Ok(Self { width, height, color_type, data })
+    }
+}
+
+/// A palette has three bytes a colour, at most 256 of them, and no more opacities than colours (PNG specification, 11.2.2 and
+/// 11.3.1.1). The decoder takes that for granted and panics where it is not so.
+fn check_palette(info: &png::Info<'_>) -> Result<()> {
+    let num_bytes = info.palette.as_ref().map_or(0, |palette| palette.len());
+    let num_opacities = info.trns.as_ref().map_or(0, |opacities| opacities.len());
+    let is_indexed = info.color_type == ColorType::Indexed;
+    if is_indexed && (!num_bytes.is_multiple_of(3) || num_bytes > 3 * 256 || num_opacities > num_bytes / 3) {
+        let problem =
+            format!("The PNG's palette has {num_bytes} bytes and {num_opacities} opacities, which is not possible");
+        return Err(Error::whole(problem, "Copy or export it again"));
+    }
+    Ok(())
 }
 
 /// Colour type and bytes of a PNG's picture, row by row.

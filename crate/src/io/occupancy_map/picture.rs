@@ -1,13 +1,12 @@
 //! The shades of a map's picture: PGM, PNG with or without transparency, PPM or JPEG.
 
-use png::{ColorType, Transformations};
+use png::ColorType;
 
 use crate::error::{Error, Result};
-use crate::io::color_image::{self, check_palette};
+use crate::io::color_image;
 use crate::io::depth_image;
-use crate::io::limits::Packing;
 use crate::io::netpbm;
-use crate::io::png::{PNG_SIGNATURE, broken_png, check_size, first_picture, unknown_format};
+use crate::io::png::{PNG_SIGNATURE, Png8, unknown_format};
 use crate::io::text::refuse_pointer_and_utf16;
 
 /// How bright a pixel is.
@@ -64,15 +63,7 @@ fn read_pgm(bytes: &[u8]) -> Result<GreyPicture> {
 }
 
 fn read_png(bytes: &[u8]) -> Result<GreyPicture> {
-    let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
-    // 8 bits a channel, palettes looked up.
-    decoder.set_transformations(Transformations::normalize_to_color8());
-    let header = decoder.read_header_info().map_err(broken_png)?;
-    let (width, height) = (header.width as usize, header.height as usize);
-    let pixels = check_size(width as u64, height as u64, Packing::Deflate(1).most_pixels(bytes.len()))?;
-    let mut reader = decoder.read_info().map_err(broken_png)?;
-    check_palette(reader.info())?;
-    let (color_type, data) = first_picture(&mut reader, REMEDY)?;
+    let Png8 { width, height, color_type, data } = Png8::read(bytes, 1, REMEDY)?;
     let with_alpha = |pixel: &[u8]| {
         let (alpha, channels) = pixel.split_last().unwrap_or((&255, &[]));
         Shade { value: mean(channels), is_opaque: *alpha == 255 }
@@ -83,7 +74,7 @@ fn read_png(bytes: &[u8]) -> Result<GreyPicture> {
         ColorType::Rgb | ColorType::Indexed => data.chunks_exact(3).map(|pixel| opaque(mean(pixel))).collect(),
         ColorType::Rgba => data.chunks_exact(4).map(with_alpha).collect(),
     };
-    if shades.len() != pixels {
+    if shades.len() != width * height {
         return Err(Error::whole("The PNG is cut off", "Copy or export it again"));
     }
     Ok(GreyPicture { width, height, shades })
