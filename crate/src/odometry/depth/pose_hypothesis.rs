@@ -10,12 +10,8 @@ use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::projective::ProjectiveTarget;
 use crate::registration::spatial::SpatialRegistration;
 
-/// Agreement (0..=1) above which a pose is accepted inside the gate, with at most half of the frame on the map: no other pose can
-/// agree distinctly better. Half as much contradiction is allowed after a gap, outside the gate or without a prediction. With more
-/// than half of the frame on the map, a pose inside the gate is accepted if it is not doubtful by [`LIMITS`], ...
-const MIN_AGREEMENT: f64 = 1.0 - MIN_AGREEMENT_DIFFERENCE;
-/// ... and above this if the frame before it alone gives the same pose as the map: what contradicts the map then is the error of
-/// its surfaces, not of the pose.
+/// Agreement (0..=1) above which a pose inside the gate with more than half of the frame on the map is accepted if the frame before it
+/// alone gives the same pose as the map: what contradicts the map then is the error of its surfaces, not of the pose.
 const MIN_AGREEMENT_TRACKED_ON_MAP: f64 = 0.9;
 /// Overlap (0..=1, of what this camera's frames can have) above which a frame lies mostly on the map: without a prediction it
 /// has to.
@@ -137,8 +133,10 @@ impl PoseHypothesis {
         let is_mostly_mapped = self.relative_overlap() > MOSTLY_MAPPED_OVERLAP;
         let min_agreement = match gate {
             PredictionGate::Inside if is_mostly_mapped => self.limits().doubtful_agreement,
-            PredictionGate::Inside => MIN_AGREEMENT,
-            _ => f64::midpoint(MIN_AGREEMENT, 1.0),
+            // No other pose can agree distinctly better ...
+            PredictionGate::Inside => 1.0 - MIN_AGREEMENT_DIFFERENCE,
+            // ... or half as much better, where more poses are possible.
+            _ => 1.0 - MIN_AGREEMENT_DIFFERENCE / 2.0,
         };
         let min_overlap = match gate {
             PredictionGate::Inside => MIN_OVERLAP,
@@ -169,7 +167,7 @@ impl PoseHypothesis {
             || (self.is_plausible()
                 && !self.is_degenerate()
                 && gate != PredictionGate::NoPrediction
-                && (self.agreement > MIN_AGREEMENT || self.is_accepted(gate)))
+                && (self.agreement > 1.0 - MIN_AGREEMENT_DIFFERENCE || self.is_accepted(gate)))
     }
 
     /// Whether it lies inside the gate and is undetermined along one direction only. Outside the gate that says nothing: a

@@ -13,8 +13,8 @@ use super::prediction_gate::{MAX_STEP, PredictionGate};
 use super::propose::NUM_REFINED;
 use crate::geometry::Pose3;
 
-/// Distance (m) from which a position is another one: the registration from a nearer one leads to the same.
-pub(super) const MIN_DISTANCE: f64 = 0.5;
+/// Distance (m) from which a position is another one, two steps of the grid: the registration from a nearer one leads to the same.
+pub(super) const MIN_DISTANCE: f64 = GRID_STEP + GRID_STEP;
 
 /// Where a camera may be (m).
 pub(super) struct SearchArea {

@@ -67,15 +67,7 @@ impl Chain {
 
     /// Whether the evidence suffices to accept a pose.
     pub(in super::super) fn is_accepted(&self, hypothesis: &PoseHypothesis) -> bool {
-        self.is_accepted_at(hypothesis, self.gate_of(hypothesis))
-    }
-
-    /// The same in a relation to the prediction. Where surfaces repeat they do not suffice without a prediction.
-    pub(super) fn is_accepted_at(&self, hypothesis: &PoseHypothesis, gate: PredictionGate) -> bool {
-        let is_anywhere = gate == PredictionGate::NoPrediction
-            && hypothesis.photometric_ncc.is_none()
-            && self.is_in_repetitive_place();
-        hypothesis.is_accepted(gate) && !is_anywhere
+        hypothesis.is_accepted(self.gate_of(hypothesis))
     }
 
     /// Whether a pose near the prediction is accepted, or undetermined along one direction only.

@@ -45,8 +45,7 @@ pub(super) struct Chain {
     num_rejected: u32,
     /// Whether a frame fitted about as well at another position within reach.
     surfaces_repeat: bool,
-    /// Each begins within the one before it.
-    branches: Vec<Branch>,
+    branch: Option<Branch>,
 }
 
 /// A frame of a chain's map.
@@ -108,7 +107,7 @@ impl Chain {
             rejected: None,
             num_rejected: 0,
             surfaces_repeat: false,
-            branches: Vec::new(),
+            branch: None,
         };
         (chain, estimate)
     }
@@ -130,8 +129,8 @@ impl Chain {
         self.surfaces_repeat
     }
 
-    pub(super) fn has_branches(&self) -> bool {
-        !self.branches.is_empty()
+    pub(super) fn has_branch(&self) -> bool {
+        self.branch.is_some()
     }
 
     /// Frames since the last one that was appended.
@@ -143,7 +142,7 @@ impl Chain {
     /// the next frame moves with the last one that was appended.
     pub(super) fn apply_corrections(&mut self, motion: &impl Fn(u32) -> Pose3) {
         self.reference.apply_corrections(motion);
-        for branch in &mut self.branches {
+        if let Some(branch) = &mut self.branch {
             branch.map_before.apply_corrections(motion);
         }
         let motion_of_last = motion(self.last.number);

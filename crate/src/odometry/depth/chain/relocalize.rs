@@ -11,7 +11,7 @@ use crate::geometry::Pose3;
 
 impl Chain {
     /// Searches for an unregistered frame near the members before and after it in the recording, and near its last pose, then
-    /// all around them and near all keyframes.
+    /// all around them.
     pub(in super::super) fn relocalize(&self, frame: &UnregisteredFrame) -> Option<PoseHypothesis> {
         let matcher = self.matcher(&frame.frame);
         let neighbors = self.neighbors(frame.number);
@@ -20,8 +20,8 @@ impl Chain {
                 let num_between = member.number.abs_diff(frame.number).max(1) - 1;
                 PredictionGate::between(&member.T_world_sensor, hypothesis.T_world_sensor(), num_between)
             };
-            neighbors.iter().map(gate_from).any(|gate| self.is_accepted_at(hypothesis, gate))
-                || self.is_accepted_at(hypothesis, PredictionGate::NoPrediction)
+            neighbors.iter().map(gate_from).any(|gate| hypothesis.is_accepted(gate))
+                || hypothesis.is_accepted(PredictionGate::NoPrediction)
         };
         let starts = neighbors.iter().map(|member| member.T_world_sensor).chain([frame.T_world_sensor]);
         let mut found: Vec<PoseHypothesis> = starts.map(|T_world_start| matcher.best_around(&T_world_start)).collect();
@@ -30,8 +30,7 @@ impl Chain {
                 neighbors.first().map(|member| matcher.best_of(matcher.propose_all_around(&member.T_world_sensor))),
             );
         }
-        let best = found.into_iter().max_by(|a, b| a.support.total_cmp(&b.support)).filter(is_accepted);
-        let best = best.or_else(|| self.search_near_keyframes(&matcher))?;
+        let best = found.into_iter().max_by(|a, b| a.support.total_cmp(&b.support)).filter(is_accepted)?;
         matcher.second_basin(&best, &SearchArea::anywhere(&best)).is_none().then_some(best)
     }
 
