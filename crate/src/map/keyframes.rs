@@ -98,6 +98,11 @@ impl Keyframes {
         }
     }
 
+    /// All of them, in the order in which they were added.
+    pub fn all(&self) -> &[Keyframe] {
+        &self.keyframes
+    }
+
     /// The keyframes that share most of the view of a camera at this pose, judged by their distance.
     pub fn near(&self, T_world_camera: &Pose3) -> Vec<&Keyframe> {
         let distance = |keyframe: &Keyframe| apart_within(&keyframe.T_world_camera, T_world_camera, MAX_VIEW_DISTANCE);
@@ -178,12 +183,12 @@ mod tests {
             keyframes.add(&frame, index, &at(index));
             assert!(keyframes.num_bytes <= MAX_BYTES, "{} bytes", keyframes.num_bytes);
         }
-        let bytes_each = keyframes.num_bytes / keyframes.keyframes.len();
+        let bytes_each = keyframes.num_bytes / keyframes.all().len();
         assert!(bytes_each < 560_000, "{bytes_each} bytes a keyframe");
-        let counted: usize = keyframes.keyframes.iter().map(Keyframe::num_bytes).sum();
+        let counted: usize = keyframes.all().iter().map(Keyframe::num_bytes).sum();
         assert_eq!(counted, keyframes.num_bytes);
         // The last frame is a keyframe, and every pose of the path has keyframes near it.
-        assert_eq!(keyframes.keyframes.last().unwrap().frame, num_frames - 1);
+        assert_eq!(keyframes.all().last().unwrap().frame, num_frames - 1);
         for index in 0..num_frames {
             assert!(!keyframes.near(&at(index)).is_empty(), "no keyframe near frame {index}");
         }
@@ -195,6 +200,6 @@ mod tests {
         for index in 0..100 {
             keyframes.add(&frame, index, &Pose3::from(Translation3::new(0.0, 0.0, -0.31 * f64::from(index))));
         }
-        assert_eq!(keyframes.keyframes.len(), 100);
+        assert_eq!(keyframes.all().len(), 100);
     }
 }

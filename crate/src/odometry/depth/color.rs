@@ -7,8 +7,9 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::evidence::{FINE_TOLERANCE, MIN_AGREEMENT_DIFFERENCE, PoseEvidence};
 use super::frame_matcher::FrameMatcher;
-use super::hypotheses::{GRID_STEP, REACH_ALL_AROUND, SAME_POSE_DISTANCE, steps_within, translated};
+use super::hypotheses::{GRID_STEP, SAME_POSE_DISTANCE, steps_within, translated};
 use super::pose_hypothesis::PoseHypothesis;
+use super::prediction_gate::MAX_STEP;
 use super::textured_frame::TexturedFrame;
 use crate::camera::brightness::NUM_LEVELS;
 use crate::geometry::Pose3;
@@ -76,8 +77,8 @@ impl FrameMatcher<'_> {
         (num_compared >= MIN_POINTS).then_some(ncc)
     }
 
-    /// The position along a direction that brightness distinguishes from all others, if there is one: from those as far as the search all
-    /// around reaches, so that the period of a repetitive texture, such as tiles, is seen, each another pose than the next.
+    /// The position along a direction that brightness distinguishes from all others, if there is one: from those as far as half of the
+    /// largest step, so that the period of a repetitive texture, such as tiles, is seen, each another pose than the next.
     pub(super) fn offset_along(
         &self,
         textured: &TexturedFrame,
@@ -89,7 +90,7 @@ impl FrameMatcher<'_> {
             let pose = translated(hypothesis.T_world_sensor(), &along.direction, distance(steps));
             (self.photometric_ncc(textured, &pose).unwrap_or(0.0), steps)
         };
-        let offsets: Vec<(f64, i32)> = steps_within(REACH_ALL_AROUND, SAME_POSE_DISTANCE).map(ncc_at).collect();
+        let offsets: Vec<(f64, i32)> = steps_within(MAX_STEP / 2.0, SAME_POSE_DISTANCE).map(ncc_at).collect();
         let best = offsets.iter().copied().fold((0.0, 0), |best, next| if next.0 > best.0 { next } else { best });
         let elsewhere = offsets.iter().filter(|(_, steps)| distance(steps - best.1).abs() > GRID_STEP);
         let runner_up_ncc = elsewhere.map(|(ncc, _)| *ncc).fold(0.0, f64::max);

@@ -67,6 +67,22 @@ impl FrameMatcher<'_> {
         self.refine(&view, scored, NUM_REFINED_ANYWHERE, |_| 0.0)
     }
 
+    /// From the poses near all keyframes, if there are any.
+    pub(super) fn propose_near_keyframes(&self) -> Option<Proposals> {
+        let (mut scored, sparse) = (Vec::new(), self.sparse.point_batch());
+        for keyframe in self.reference.keyframes.all() {
+            for T_keyframe_camera in grid_around(&Pose3::identity(), -2..=2, 15.0, [GRID_STEP; 2], GRID_STEP) {
+                let score = score(keyframe.view(), &sparse, &T_keyframe_camera);
+                scored.push((score, keyframe.T_world_camera * T_keyframe_camera));
+            }
+        }
+        let mut proposals = Proposals::default();
+        for guess in best_distinct(scored, NUM_REFINED[0]) {
+            proposals.extend(self.refine(&self.view_from(&guess), vec![(0.0, guess)], NUM_REFINED, |_| 0.0));
+        }
+        (!proposals.middle.is_empty()).then_some(proposals)
+    }
+
     /// Hypotheses with their scores by few points and, for the best of them, by more.
     fn scored(&self, view: &ProjectiveTarget, hypotheses: impl Iterator<Item = Pose3>) -> Vec<(f64, Pose3)> {
         let (few, more) = (self.sparse.at_most(NUM_SCORED_POINTS).point_batch(), self.sparse.point_batch());

@@ -16,6 +16,9 @@ use crate::geometry::pose_distance::pose_distance;
 use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::prepared_surfels::PreparedSurfels;
 
+/// Largest number of tentative branches; each stores the blocks of the map that have changed since.
+const MAX_BRANCHES: usize = 4;
+
 /// The members since one with an uncertain pose. An error of that pose carries over to all poses after it, until a frame is
 /// registered to the map from before the branch and thereby resolves it.
 #[derive(Clone)]
@@ -76,26 +79,27 @@ impl Chain {
         mut hypothesis: PoseHypothesis,
         dropped: &mut Vec<Member>,
     ) -> SpatialEstimate {
-        if let Some(branch) = &self.branch
-            && let Some(anchored) = branch.anchored(frame, hypothesis.T_world_sensor(), self.options)
-        {
-            // Elsewhere its pose does not tell whether the branch is right.
-            let is_next = self.num_rejected == 0 && self.gate_of(&hypothesis) != PredictionGate::NoPrediction;
-            if is_next && is_same(&anchored, hypothesis.T_world_sensor()) {
-                let num_before = branch.num_before;
-                self.members[num_before..].iter_mut().for_each(|member| member.open = Some(Matrix3::zeros()));
-                self.branch = None;
-            } else {
-                dropped.extend(self.drop_branch());
+        // Elsewhere its pose does not tell whether the branch is right.
+        let is_next = self.num_rejected == 0 && self.gate_of(&hypothesis) != PredictionGate::NoPrediction;
+        while let Some(branch) = self.branches.pop() {
+            let Some(anchored) = branch.anchored(frame, hypothesis.T_world_sensor(), self.options) else {
+                self.branches.push(branch);
+                break;
+            };
+            if !is_next || !is_same(&anchored, hypothesis.T_world_sensor()) {
+                dropped.extend(self.drop_branch(branch));
                 hypothesis = anchored;
+                break;
+            }
+            for member in &mut self.members[branch.num_before..] {
+                member.open = Some(Matrix3::zeros());
             }
         }
         self.append(number, frame, hypothesis, None)
     }
 
     /// Goes back to the map from before a branch that is wrong.
-    fn drop_branch(&mut self) -> Vec<Member> {
-        let Some(branch) = self.branch.take() else { return Vec::new() };
+    fn drop_branch(&mut self, branch: Branch) -> Vec<Member> {
         self.reference = branch.map_before;
         let mut dropped = self.members.split_off(branch.num_before);
         for member in &mut dropped {
@@ -106,7 +110,7 @@ impl Chain {
         dropped
     }
 
-    /// Adds a frame with an uncertain pose; it begins a tentative branch unless there is one.
+    /// Adds a frame with an uncertain pose, and begins a tentative branch unless the last frame is uncertain, too.
     fn keep_tentative(
         &mut self,
         number: u32,
@@ -115,8 +119,9 @@ impl Chain {
         assessment: Assessment,
     ) -> SpatialEstimate {
         self.surfaces_repeat |= hypothesis.second_basin.is_some();
-        if self.branch.is_none() {
-            self.branch = Some(Branch { map_before: self.reference.clone(), num_before: self.members.len() });
+        let goes_on = !self.branches.is_empty() && self.members.last().is_some_and(|last| !last.is_certain());
+        if !goes_on && self.branches.len() < MAX_BRANCHES {
+            self.branches.push(Branch { map_before: self.reference.clone(), num_before: self.members.len() });
         }
         self.append(number, frame, hypothesis, Some(assessment))
     }
@@ -140,7 +145,7 @@ impl Chain {
             (PosedFrame::new(number, frame, T_world_sensor, motion), None, 0);
         let assessment = uncertain.unwrap_or_else(|| hypothesis.assessment());
         let estimate = self.insert(number, frame, hypothesis, assessment, open);
-        if let (Some(member), true) = (self.members.last_mut(), self.branch.is_some()) {
+        if let (Some(member), false) = (self.members.last_mut(), self.branches.is_empty()) {
             member.open = open;
         }
         estimate

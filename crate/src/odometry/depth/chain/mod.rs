@@ -45,7 +45,8 @@ pub(super) struct Chain {
     num_rejected: u32,
     /// Whether a frame fitted about as well at another position within reach.
     surfaces_repeat: bool,
-    branch: Option<Branch>,
+    /// Each begins within the one before it.
+    branches: Vec<Branch>,
 }
 
 /// A frame of a chain's map.
@@ -107,7 +108,7 @@ impl Chain {
             rejected: None,
             num_rejected: 0,
             surfaces_repeat: false,
-            branch: None,
+            branches: Vec::new(),
         };
         (chain, estimate)
     }
@@ -129,8 +130,8 @@ impl Chain {
         self.surfaces_repeat
     }
 
-    pub(super) fn has_branch(&self) -> bool {
-        self.branch.is_some()
+    pub(super) fn has_branches(&self) -> bool {
+        !self.branches.is_empty()
     }
 
     /// Frames since the last one that was appended.
@@ -142,7 +143,7 @@ impl Chain {
     /// the next frame moves with the last one that was appended.
     pub(super) fn apply_corrections(&mut self, motion: &impl Fn(u32) -> Pose3) {
         self.reference.apply_corrections(motion);
-        if let Some(branch) = &mut self.branch {
+        for branch in &mut self.branches {
             branch.map_before.apply_corrections(motion);
         }
         let motion_of_last = motion(self.last.number);

@@ -11,7 +11,7 @@ use crate::geometry::Pose3;
 
 impl Chain {
     /// Searches for an unregistered frame near the members before and after it in the recording, and near its last pose, then
-    /// all around them.
+    /// all around them and near all keyframes.
     pub(in super::super) fn relocalize(&self, frame: &UnregisteredFrame) -> Option<PoseHypothesis> {
         let matcher = self.matcher(&frame.frame);
         let neighbors = self.neighbors(frame.number);
@@ -30,7 +30,8 @@ impl Chain {
                 neighbors.first().map(|member| matcher.best_of(matcher.propose_all_around(&member.T_world_sensor))),
             );
         }
-        let best = found.into_iter().max_by(|a, b| a.support.total_cmp(&b.support)).filter(is_accepted)?;
+        let best = found.into_iter().max_by(|a, b| a.support.total_cmp(&b.support)).filter(is_accepted);
+        let best = best.or_else(|| self.search_near_keyframes(&matcher))?;
         matcher.second_basin(&best, &SearchArea::anywhere(&best)).is_none().then_some(best)
     }
 

@@ -1,27 +1,43 @@
-//! The wider search for a frame that the evidence near the prediction contradicts: all around, and farther away. In a video the two
-//! alternate from frame to frame, for the next one is nearly at the same place: no frame takes long.
+//! The wider search for a frame that the evidence near the prediction contradicts: all around, farther away and near all
+//! keyframes. In a video the three are spread over frames, for the next one is nearly at the same place: no frame takes long.
 
 use super::super::evidence::MIN_AGREEMENT_DIFFERENCE;
 use super::super::frame_matcher::FrameMatcher;
 use super::super::pose_hypothesis::PoseHypothesis;
+use super::super::prediction_gate::PredictionGate;
 use super::Chain;
+
+/// Number of frames over which the searches are spread.
+const NUM_SEARCHES: u32 = 3;
 
 impl Chain {
     /// The best pose all around the last one where that is distinctly better than the best pose `near` the prediction; where
-    /// the evidence contradicts both, one farther away.
+    /// the evidence contradicts both, one farther away or near a keyframe.
     pub(in super::super) fn search_wider(&self, matcher: &FrameMatcher<'_>, near: PoseHypothesis) -> PoseHypothesis {
         let T_world_last = &self.last.T_world_sensor;
-        // One search a frame, where the camera stays near until both have had their turn.
-        let (is_video, is_farther_next) = (self.stays_near(2), !self.num_rejected.is_multiple_of(2));
+        let is_video = self.stays_near(NUM_SEARCHES);
+        let is_turn_of = |search: u32| !is_video || self.num_rejected % NUM_SEARCHES == search;
         let mut best = near;
-        if !(is_video && is_farther_next && best.is_contradicted()) {
+        if is_turn_of(0) || !best.is_contradicted() {
             best = better_of(best, matcher.best_of(matcher.propose_all_around(T_world_last)));
             if !best.is_contradicted() {
                 return self.apply_motion_prior(matcher, best);
             }
         }
-        let farther = (is_farther_next || !is_video).then(|| matcher.best_of(matcher.propose_anywhere(T_world_last)));
-        farther.filter(|farther| self.is_accepted(farther)).unwrap_or(best)
+        if is_turn_of(1) {
+            let farther = matcher.best_of(matcher.propose_anywhere(T_world_last));
+            if self.is_accepted(&farther) {
+                return farther;
+            }
+        }
+        let near_keyframe = is_turn_of(2).then(|| self.search_near_keyframes(matcher)).flatten();
+        near_keyframe.unwrap_or(best)
+    }
+
+    /// The best pose near all keyframes, if it is accepted without a prediction.
+    pub(super) fn search_near_keyframes(&self, matcher: &FrameMatcher<'_>) -> Option<PoseHypothesis> {
+        let best = matcher.best_of(matcher.propose_near_keyframes()?);
+        best.is_accepted(PredictionGate::NoPrediction).then_some(best)
     }
 }
 

@@ -20,10 +20,10 @@ impl DepthOdometry {
     /// After a registered frame: notes whether it may have to be found again.
     pub(super) fn note_unregistered(&mut self, number: u32, frame: &PreparedSurfels, estimate: &SpatialEstimate) {
         let Some(chain) = &self.chain else { return };
-        if !chain.has_branch() {
+        if !chain.has_branches() {
             self.unregistered_frames.retain(|number| !chain.is_member(number));
         }
-        if estimate.assessment.status != Status::Good || chain.has_branch() {
+        if estimate.assessment.status != Status::Good || chain.has_branches() {
             // It may be dropped later.
             self.unregistered_frames.push(number, frame, estimate);
         }
