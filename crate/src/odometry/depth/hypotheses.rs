@@ -14,11 +14,11 @@ pub(super) const CONVERGING_DISTANCE: f64 = 0.3;
 const SAME_HYPOTHESIS_ROTATION: f64 = 0.1;
 /// Support subtracted per metre and radian beyond the reach of the search all around.
 const PENALTY_PER_METRE_BEYOND_SEARCH: f64 = 0.2;
-/// Spacing of the grids of translations (m), ...
+/// Spacing of the grids of translations (m).
 pub(super) const GRID_STEP: f64 = 0.25;
-/// ... and of the grid of the search anywhere. On pairs of frames, three times as many poses and one and a half times as many points
-/// found no more, in four times the time.
-pub(super) const COARSE_GRID_STEP: f64 = 0.4;
+/// Distance (m) from which a position is another one, and spacing of the search anywhere: registration leads from a nearer one to the
+/// same.
+pub(super) const MIN_DISTANCE: f64 = GRID_STEP + GRID_STEP;
 /// Translations of the search all around, forward, back and to either side (m), ...
 pub(super) const REACH_ALL_AROUND: f64 = 1.0;
 /// ... and of the search anywhere: all around the end of a largest step.

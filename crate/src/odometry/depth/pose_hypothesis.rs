@@ -10,9 +10,6 @@ use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::projective::ProjectiveTarget;
 use crate::registration::spatial::SpatialRegistration;
 
-/// Agreement (0..=1) above which a pose inside the gate with more than half of the frame on the map is accepted if the frame before it
-/// alone gives the same pose as the map: what contradicts the map then is the error of its surfaces, not of the pose.
-const MIN_AGREEMENT_TRACKED_ON_MAP: f64 = 0.9;
 /// Overlap (0..=1, of what this camera's frames can have) above which a frame lies mostly on the map: without a prediction it
 /// has to.
 pub(super) const MOSTLY_MAPPED_OVERLAP: f64 = 0.5;
@@ -150,10 +147,12 @@ impl PoseHypothesis {
             && self.registration.converged
     }
 
-    /// The limits of the evidence. Less agreement suffices where two registrations give the same pose.
+    /// The limits of the evidence. Less agreement suffices where the frame before it alone gives the same pose as the map: what contradicts
+    /// the map then is the error of its surfaces, not of the pose.
     fn limits(&self) -> Limits {
         let is_confirmed = self.is_tracked_on_map && self.relative_overlap() > MOSTLY_MAPPED_OVERLAP;
-        if is_confirmed { Limits { doubtful_agreement: MIN_AGREEMENT_TRACKED_ON_MAP, ..LIMITS } } else { LIMITS }
+        let doubtful_agreement = f64::midpoint(LIMITS.lost_agreement, LIMITS.doubtful_agreement);
+        if is_confirmed { Limits { doubtful_agreement, ..LIMITS } } else { LIMITS }
     }
 
     /// Whether nothing contradicts it.

@@ -1,9 +1,10 @@
 //! Assess: what becomes of a frame with the pose that was found for it.
 
 use super::super::frame_matcher::FrameMatcher;
+use super::super::hypotheses::MIN_DISTANCE;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::{MAX_STEP, PredictionGate};
-use super::super::second_basin::{MIN_DISTANCE, SearchArea};
+use super::super::second_basin::SearchArea;
 use super::Chain;
 use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Status};
