@@ -16,7 +16,7 @@ use crate::geometry::pose_distance::METRES_PER_RADIAN;
 /// The latest motions that are stored. With half as many, d435_robot of 424 x 240 pixels has 30 doubtful frames (17).
 const MAX_MOTIONS: usize = 64;
 /// With fewer motions it is not known how far the camera moves from frame to frame.
-const MIN_STEPS: usize = 5;
+pub(super) const MIN_STEPS: usize = 5;
 /// Largest ratio of a motion to the largest one before it.
 const FASTER: f64 = 2.0;
 /// Smallest sum of kernel weights for which the motion prior is used.
