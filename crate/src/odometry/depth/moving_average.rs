@@ -1,23 +1,23 @@
 //! The moving average of what a chain's frames have in common.
 
-use super::motion_prior::MIN_STEPS;
-
+/// As many frames tell what is usual in a recording.
+pub(super) const MIN_SAMPLES: usize = 5;
 /// Number of values from which the average is used.
 const MIN_COUNT: usize = 3;
 
-/// The mean of the first values, then an average in which older ones fade: the last one counts as in the mean of as many as tell how
-/// far the camera moves.
+/// The mean of the first values, then an average in which older ones fade: the last one counts as in the mean of
+/// [`MIN_SAMPLES`].
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct MovingAverage {
     mean: f64,
-    /// Number of values, at most [`MIN_STEPS`].
+    /// Number of values, at most [`MIN_SAMPLES`].
     count: usize,
 }
 
 impl MovingAverage {
     /// Adds a value.
     pub(super) fn push(&mut self, value: f64) {
-        self.count = MIN_STEPS.min(self.count + 1);
+        self.count = MIN_SAMPLES.min(self.count + 1);
         self.mean += (value - self.mean) / self.count as f64;
     }
 

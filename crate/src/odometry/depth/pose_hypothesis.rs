@@ -115,7 +115,7 @@ impl PoseHypothesis {
     }
 
     /// Whether most of the frame that can lie on the map does.
-    pub(super) fn is_mostly_mapped(&self) -> bool {
+    fn is_mostly_mapped(&self) -> bool {
         self.relative_overlap() > MOSTLY_MAPPED_OVERLAP
     }
 
