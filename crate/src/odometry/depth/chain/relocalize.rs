@@ -31,7 +31,7 @@ impl Chain {
             );
         }
         let best = found.into_iter().max_by(|a, b| a.support.total_cmp(&b.support)).filter(is_accepted);
-        let best = best.or_else(|| self.search_near_keyframes(&matcher))?;
+        let best = best.or_else(|| matcher.best_near_keyframes())?;
         matcher.second_basin(&best, &SearchArea::anywhere(&best)).is_none().then_some(best)
     }
 
