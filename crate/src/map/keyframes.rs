@@ -40,7 +40,7 @@ const KEYFRAME_SPACING: f64 = 0.3;
 /// Largest distance at which a keyframe shares the view of a camera (m, two metres per radian).
 const MAX_VIEW_DISTANCE: f64 = 4.0;
 /// Largest number of keyframes that are compared with a camera.
-const MAX_NEARBY: usize = 6;
+pub(crate) const MAX_NEARBY: usize = 6;
 /// Memory above which the keyframes are thinned (bytes).
 const MAX_BYTES: usize = 96 << 20;
 /// Most memory of thinned keyframes (bytes): less than [`MAX_BYTES`], since thinning again at each frame would cost too much.

@@ -7,12 +7,12 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::evidence::{FINE_TOLERANCE, MIN_AGREEMENT_DIFFERENCE, PoseEvidence};
 use super::frame_matcher::FrameMatcher;
-use super::hypotheses::{GRID_STEP, SAME_POSE_DISTANCE, translated};
+use super::hypotheses::{GRID_STEP, SAME_POSE_DISTANCE, steps_within, translated};
 use super::pose_hypothesis::PoseHypothesis;
 use super::prediction_gate::MAX_STEP;
 use super::textured_frame::TexturedFrame;
 use crate::camera::brightness::NUM_LEVELS;
-use crate::geometry::{Pose3, RigidMotion};
+use crate::geometry::Pose3;
 use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::factors::{Factor, NormalEquations, PointToPlane};
 use crate::registration::photometric::{Gaussian, MIN_POINTS, PhotometricResult, correlation, register_by_brightness};
@@ -20,20 +20,9 @@ use crate::registration::sandwich_variance::unit_variance;
 
 /// Photometric correlation (-1..=1) below which the light or the place differs.
 pub(super) const MIN_NCC: f64 = 0.6;
-/// Squared Mahalanobis distance of the photometric pose from the geometric one above which surfaces decide: five standard
-/// deviations in each of six directions.
-const MAX_SQ_MAHALANOBIS: f64 = 6.0 * 5.0 * 5.0;
-/// Positions compared along an undetermined direction, to either side, each apart from the next by what makes it another pose: as
-/// far as half of the largest step, so that the period of a repetitive texture, such as tiles, is seen.
-const NUM_OFFSETS: i32 = (MAX_STEP / 2.0 / SAME_POSE_DISTANCE) as i32;
-/// Number of steps up to which registration leads from one position to the other.
-pub(super) const SAME_OFFSET_STEPS: i32 = (GRID_STEP / SAME_POSE_DISTANCE) as i32;
-/// The best position is distinct from another if its correlation is larger by this ...
-const MIN_NCC_DIFFERENCE: f64 = 0.15;
-/// ... or leaves less unexplained (1 - correlation) by this factor: images of one place seldom differ as much.
+/// The best position is distinct from another if it leaves less unexplained (1 - correlation) by this factor: images of one place
+/// seldom differ as much.
 const UNEXPLAINED_RATIO: f64 = 3.0;
-/// Smallest unexplained part (1 - correlation) that is not chance.
-const MIN_UNEXPLAINED: f64 = 0.004;
 /// Side of a patch of surfaces with a common error (cells).
 const PATCH_SIDE: usize = 16;
 /// One of this many correspondences is used for the information of the surfaces.
@@ -42,10 +31,17 @@ pub(super) const CORRESPONDENCE_STRIDE: usize = 3;
 /// A position along a direction that brightness distinguishes from all others.
 #[derive(Clone, Copy)]
 pub(super) struct DistinctOffset {
-    /// Number of steps from the pose.
-    pub(super) steps: i32,
+    /// From the pose along the direction (m).
+    distance: f64,
     /// The highest correlation at any other position.
     runner_up_ncc: f64,
+}
+
+impl DistinctOffset {
+    /// Whether registration does not lead there.
+    pub(super) fn is_elsewhere(&self) -> bool {
+        self.distance.abs() > GRID_STEP
+    }
 }
 
 impl FrameMatcher<'_> {
@@ -60,7 +56,7 @@ impl FrameMatcher<'_> {
                 return moved;
             }
             // Brightness contradicts this position, surfaces the other one.
-            if offset.steps.abs() > SAME_OFFSET_STEPS {
+            if offset.is_elsewhere() {
                 hypothesis = self.mark_degenerate(hypothesis);
             }
         }
@@ -70,10 +66,6 @@ impl FrameMatcher<'_> {
         let surfaces = self.surface_information(&hypothesis);
         // Where surfaces constrain the frame, its error is small: the coarsest images are not needed.
         let Some(result) = self.register_by_brightness(textured, &surfaces, NUM_LEVELS - 2) else { return hypothesis };
-        let difference = (result.T_world_camera * surfaces.T_world_camera.inverse()).log();
-        if difference.dot(&(surfaces.information * difference)) > MAX_SQ_MAHALANOBIS {
-            return hypothesis;
-        }
         self.moved_to(hypothesis, &result)
     }
 
@@ -85,25 +77,25 @@ impl FrameMatcher<'_> {
         (num_compared >= MIN_POINTS).then_some(ncc)
     }
 
-    /// The position along a direction that brightness distinguishes from all others, if there is one.
+    /// The position along a direction that brightness distinguishes from all others, if there is one: from those as far as half of the
+    /// largest step, so that the period of a repetitive texture, such as tiles, is seen, each another pose than the next.
     pub(super) fn offset_along(
         &self,
         textured: &TexturedFrame,
         hypothesis: &PoseHypothesis,
         along: &DegenerateDirection,
     ) -> Option<DistinctOffset> {
-        let offsets: Vec<(f64, i32)> = (-NUM_OFFSETS..=NUM_OFFSETS)
-            .map(|steps| (self.photometric_ncc(textured, &offset_pose(hypothesis, along, steps)).unwrap_or(0.0), steps))
-            .collect();
+        let distance = |steps: i32| f64::from(steps) * SAME_POSE_DISTANCE;
+        let ncc_at = |steps: i32| {
+            let pose = translated(hypothesis.T_world_sensor(), &along.direction, distance(steps));
+            (self.photometric_ncc(textured, &pose).unwrap_or(0.0), steps)
+        };
+        let offsets: Vec<(f64, i32)> = steps_within(MAX_STEP / 2.0, SAME_POSE_DISTANCE).map(ncc_at).collect();
         let best = offsets.iter().copied().fold((0.0, 0), |best, next| if next.0 > best.0 { next } else { best });
-        let is_elsewhere = |steps: i32| (steps - best.1).abs() > SAME_OFFSET_STEPS;
-        let others = offsets.iter().filter(|(_, steps)| is_elsewhere(*steps));
-        let runner_up_ncc = others.map(|(ncc, _)| *ncc).fold(0.0, f64::max);
-        // A second peak is another period of the texture, unless it leaves far more of it unexplained.
-        let is_peak = |ncc: &[(f64, i32)]| ncc[1].0 > ncc[0].0 && ncc[1].0 > ncc[2].0 && is_elsewhere(ncc[1].1);
-        let second_peak = offsets.windows(3).filter(|ncc| is_peak(ncc)).map(|ncc| ncc[1].0).fold(0.0, f64::max);
-        (best.0 > MIN_NCC && is_distinct(best.0, runner_up_ncc) && explains_far_more(best.0, second_peak))
-            .then_some(DistinctOffset { steps: best.1, runner_up_ncc })
+        let elsewhere = offsets.iter().filter(|(_, steps)| distance(steps - best.1).abs() > GRID_STEP);
+        let runner_up_ncc = elsewhere.map(|(ncc, _)| *ncc).fold(0.0, f64::max);
+        (best.0 > MIN_NCC && is_distinct(best.0, runner_up_ncc))
+            .then_some(DistinctOffset { distance: distance(best.1), runner_up_ncc })
     }
 
     /// The registration at an offset along a direction, if brightness and surfaces both confirm it there.
@@ -114,7 +106,7 @@ impl FrameMatcher<'_> {
         along: &DegenerateDirection,
         offset: DistinctOffset,
     ) -> Option<PoseHypothesis> {
-        let T_world_camera = offset_pose(hypothesis, along, offset.steps);
+        let T_world_camera = translated(hypothesis.T_world_sensor(), &along.direction, offset.distance);
         let surfaces = Gaussian { T_world_camera, ..self.surface_information(hypothesis) };
         let result = self.register_along_by_brightness(textured, along, &surfaces)?;
         // Other surfaces correspond there.
@@ -195,14 +187,5 @@ impl FrameMatcher<'_> {
 
 /// Whether a correlation distinguishes a position from another one with a correlation nearly as high.
 pub(super) fn is_distinct(ncc: f64, other_ncc: f64) -> bool {
-    ncc - other_ncc > MIN_NCC_DIFFERENCE || explains_far_more(ncc, other_ncc)
-}
-
-fn explains_far_more(ncc: f64, other_ncc: f64) -> bool {
-    1.0 - other_ncc > UNEXPLAINED_RATIO * (1.0 - ncc).max(MIN_UNEXPLAINED)
-}
-
-/// The pose a number of steps along a direction.
-fn offset_pose(hypothesis: &PoseHypothesis, along: &DegenerateDirection, steps: i32) -> Pose3 {
-    translated(hypothesis.T_world_sensor(), &along.direction, f64::from(steps) * SAME_POSE_DISTANCE)
+    1.0 - other_ncc > UNEXPLAINED_RATIO * (1.0 - ncc)
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::Matrix6;
 
+use super::pose_hypothesis::PoseHypothesis;
 use crate::geometry::Pose3;
 use crate::odometry::assessment::Assessment;
 use crate::registration::spatial::SpatialRegistration;
@@ -21,6 +22,21 @@ pub struct SpatialEstimate {
     pub covariance: Option<Matrix6<f64>>,
     /// Whether the frame has been added to the map.
     pub is_in_map: bool,
+}
+
+impl SpatialEstimate {
+    /// Of a frame that is not added to the map.
+    pub(super) fn outside_map(hypothesis: PoseHypothesis, assessment: Assessment) -> Self {
+        let (T_world_sensor, overlap) = (*hypothesis.T_world_sensor(), hypothesis.overlap);
+        let registration = Some(hypothesis.registration);
+        Self { T_world_sensor, registration, overlap, assessment, covariance: None, is_in_map: false }
+    }
+
+    /// Of a lost frame.
+    pub(super) fn lost(T_world_sensor: Pose3, reason: String, overlap: f64) -> Self {
+        let assessment = Assessment::lost(reason);
+        Self { T_world_sensor, registration: None, overlap, assessment, covariance: None, is_in_map: false }
+    }
 }
 
 /// A later change of an earlier frame's estimate.

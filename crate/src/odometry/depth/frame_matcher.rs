@@ -13,16 +13,11 @@ use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::factors::PointToPlane;
 use crate::registration::free_space::DepthNoise;
 use crate::registration::icp::{Criteria, IcpOptions, Rejection, Weighting, register_with};
-use crate::registration::prepared_surfels::{PreparedSurfels, SurfelCloud};
+use crate::registration::prepared_surfels::{PreparedSurfels, SPARSE_POINTS, SurfelCloud};
 use crate::registration::projective::ProjectiveTarget;
 use crate::registration::robust_kernel::RobustKernel;
 use crate::registration::solver::Solver;
 use crate::registration::spatial::SpatialRegistration;
-
-/// Points of a final registration whose errors are independent of each other: stereo matching errs alike over patches of about
-/// 20 pixels, and a few hundred of them are in view. The noise of their mean is that of one over the root of their number;
-/// smaller steps mean nothing.
-const INDEPENDENT_POINTS: f64 = 250.0;
 
 /// A frame that is registered to a reference map.
 ///
@@ -117,12 +112,13 @@ impl<'a> FrameMatcher<'a> {
         PoseHypothesis::new(registration, weakest, view, &evidence, self.reference.expected_normal_repeatability())
     }
 
-    /// Options of the final registration. It has converged once its steps are smaller than what noise leaves uncertain.
+    /// Options of the final registration. It has converged once its steps are smaller than what noise leaves uncertain: no more errors than
+    /// those of the sparse points are independent, for stereo matching errs alike over patches of about 20 pixels.
     fn final_options(&self) -> IcpOptions {
         let mut options = fine_options();
         let mut depths: Vec<f64> = self.middle.points.iter().map(|point| point.z).collect();
         if let Some(depth) = quantile(&mut depths, 0.5) {
-            let noise = self.noise.square_noise * depth * depth / INDEPENDENT_POINTS.sqrt();
+            let noise = self.noise.square_noise * depth * depth / (SPARSE_POINTS as f64).sqrt();
             let Criteria { rotation_eps, translation_eps, .. } = &mut options.criteria;
             (*rotation_eps, *translation_eps) = (rotation_eps.max(noise / depth), translation_eps.max(noise));
         }

@@ -5,25 +5,24 @@ use std::ops::RangeInclusive;
 use nalgebra::{Isometry3, Vector3};
 
 use super::evidence::MIN_AGREEMENT_DIFFERENCE;
+use super::prediction_gate::MAX_STEP;
 use crate::geometry::Pose3;
 
 /// Translation (m) up to which two hypotheses converge to the same pose; few repetitive structures have a period as short; ...
 pub(super) const CONVERGING_DISTANCE: f64 = 0.3;
 /// ... and rotation (rad).
 const SAME_HYPOTHESIS_ROTATION: f64 = 0.1;
-/// Extent of the hypotheses around the last pose (m and rad, added up), ...
-const SEARCH_EXTENT: f64 = 1.3;
-/// ... and support subtracted per metre and radian beyond it.
+/// Support subtracted per metre and radian beyond the reach of the search all around.
 const PENALTY_PER_METRE_BEYOND_SEARCH: f64 = 0.2;
-/// Spacing of the grids of translations (m), ...
+/// Spacing of the grids of translations (m).
 pub(super) const GRID_STEP: f64 = 0.25;
-/// ... and of the grid of the search anywhere. On pairs of frames, three times as many poses and one and a half times as many points
-/// found no more, in four times the time.
-pub(super) const COARSE_GRID_STEP: f64 = 0.4;
+/// Distance (m) from which a position is another one, and spacing of the search anywhere: registration leads from a nearer one to the
+/// same.
+pub(super) const MIN_DISTANCE: f64 = GRID_STEP + GRID_STEP;
 /// Translations of the search all around, forward, back and to either side (m), ...
 pub(super) const REACH_ALL_AROUND: f64 = 1.0;
-/// ... and of the search anywhere.
-pub(super) const REACH_ANYWHERE: f64 = 4.0;
+/// ... and of the search anywhere: all around the end of a largest step.
+pub(super) const REACH_ANYWHERE: f64 = MAX_STEP + REACH_ALL_AROUND;
 /// Distance up to which two poses are the same (m, two metres per radian).
 pub(super) const SAME_POSE_DISTANCE: f64 = 0.05;
 
@@ -45,15 +44,22 @@ pub(super) fn grid_around(
     step: f64,
 ) -> impl Iterator<Item = Pose3> {
     let T = *T_world_camera;
-    let [num_forward, num_sideways] = reach.map(|reach| (reach / step).ceil() as i32);
+    let [all_forward, all_sideways] = reach.map(|reach| steps_within(reach, step));
     rotations.flat_map(move |rotation| {
-        (-num_forward..=num_forward).flat_map(move |forward| {
-            (-num_sideways..=num_sideways).map(move |sideways| {
+        let all_sideways = all_sideways.clone();
+        all_forward.clone().flat_map(move |forward| {
+            all_sideways.clone().map(move |sideways| {
                 let translation = Vector3::new(f64::from(sideways), 0.0, f64::from(forward)) * step;
                 T * Isometry3::new(translation, Vector3::y() * (f64::from(rotation) * rotation_step.to_radians()))
             })
         })
     })
+}
+
+/// Multiples of a `step` as far as `reach` to either side.
+pub(super) fn steps_within(reach: f64, step: f64) -> RangeInclusive<i32> {
+    let num_steps = (reach / step).ceil() as i32;
+    -num_steps..=num_steps
 }
 
 /// A pose translated along a direction (unit vector in the world) by a distance (m).
@@ -67,7 +73,7 @@ pub(super) fn translated(T_world_camera: &Pose3, direction: &Vector3<f64>, dista
 pub(super) fn motion_penalty(T_world_last: &Pose3, T_world_camera: &Pose3) -> f64 {
     let motion = T_world_last.inverse() * T_world_camera;
     let extent = motion.translation.vector.norm() + motion.rotation.angle();
-    MIN_AGREEMENT_DIFFERENCE * extent + PENALTY_PER_METRE_BEYOND_SEARCH * (extent - SEARCH_EXTENT).max(0.0)
+    MIN_AGREEMENT_DIFFERENCE * extent + PENALTY_PER_METRE_BEYOND_SEARCH * (extent - REACH_ALL_AROUND).max(0.0)
 }
 
 /// The poses with the highest scores, at most `max_count`, each distinct from those before it.

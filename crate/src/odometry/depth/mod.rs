@@ -38,7 +38,7 @@ pub(crate) use self::frame_matcher::{fine_options, middle_options};
 pub use self::odometry::DepthOdometry;
 pub use self::options::{ColorUse, DepthOptions, Effort};
 pub use self::pair_registration::{PairRegistration, Search};
-pub(crate) use self::pose_hypothesis::MIN_OVERLAP_OUTSIDE_GATE;
+pub(crate) use self::pose_hypothesis::MOSTLY_MAPPED_OVERLAP;
 #[cfg(doc)]
 use crate::registration::prepared_surfels::PreparedSurfels;
 pub use crate::registration::spatial::SpatialRegistration;

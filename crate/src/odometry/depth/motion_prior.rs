@@ -10,13 +10,12 @@ use std::collections::VecDeque;
 use nalgebra::{Vector3, Vector6};
 
 use super::evidence::FINE_TOLERANCE;
+use super::moving_average::MIN_SAMPLES;
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::METRES_PER_RADIAN;
 
 /// The latest motions that are stored. With half as many, d435_robot of 424 x 240 pixels has 30 doubtful frames (17).
 const MAX_MOTIONS: usize = 64;
-/// With fewer motions it is not known how far the camera moves from frame to frame.
-const MIN_STEPS: usize = 5;
 /// Largest ratio of a motion to the largest one before it.
 const FASTER: f64 = 2.0;
 /// Smallest sum of kernel weights for which the motion prior is used.
@@ -58,7 +57,7 @@ impl MotionPrior {
 
     fn largest_in(&self, num_steps: u32, size: impl Fn(&Vector6<f64>) -> f64) -> Option<f64> {
         let largest = || self.motions.iter().map(size).fold(0.0, f64::max);
-        (self.motions.len() >= MIN_STEPS).then(|| f64::from(num_steps) * FASTER * largest())
+        (self.motions.len() >= MIN_SAMPLES).then(|| f64::from(num_steps) * FASTER * largest())
     }
 
     /// The translation along a `direction` (unit vector in the camera's frame), predicted from earlier motions that agree with

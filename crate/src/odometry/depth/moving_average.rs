@@ -1,22 +1,24 @@
 //! The moving average of what a chain's frames have in common.
 
+/// As many frames tell what is usual in a recording.
+pub(super) const MIN_SAMPLES: usize = 5;
 /// Number of values from which the average is used.
-const MIN_COUNT: u32 = 3;
-/// Smallest weight of the last value.
-const MIN_WEIGHT: f64 = 0.2;
+const MIN_COUNT: usize = 3;
 
-/// The mean of the first values, then an average in which older ones fade.
+/// The mean of the first values, then an average in which older ones fade: the last one counts as in the mean of
+/// [`MIN_SAMPLES`].
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct MovingAverage {
     mean: f64,
-    count: u32,
+    /// Number of values, at most [`MIN_SAMPLES`].
+    count: usize,
 }
 
 impl MovingAverage {
     /// Adds a value.
     pub(super) fn push(&mut self, value: f64) {
-        self.count += 1;
-        self.mean += MIN_WEIGHT.max(1.0 / f64::from(self.count)) * (value - self.mean);
+        self.count = MIN_SAMPLES.min(self.count + 1);
+        self.mean += (value - self.mean) / self.count as f64;
     }
 
     /// The average; `None` of fewer than three values.

@@ -10,12 +10,8 @@ use super::estimate::{PoseUpdate, SpatialEstimate};
 use super::unregistered_frames::UnregisteredFrames;
 use super::{ColorUse, DepthOptions};
 use crate::geometry::Pose3;
-use crate::odometry::assessment::Assessment;
 use crate::preprocess::color_registration::OutlineContrast;
-use crate::registration::prepared_surfels::PreparedSurfels;
-
-/// Smallest number of surfels in a frame that is registered.
-const MIN_SURFELS: usize = 200;
+use crate::registration::prepared_surfels::{PreparedSurfels, SPARSE_POINTS};
 
 /// Frame-to-map odometry in space. The world frame is the frame of the first camera.
 #[derive(Clone)]
@@ -60,7 +56,7 @@ impl DepthOdometry {
     pub fn register_frame(&mut self, frame: &PreparedSurfels) -> SpatialEstimate {
         let (number, num_surfels) = (self.num_frames, frame.image.surfels().count());
         (self.num_frames, self.rounds) = (number + 1, None);
-        if num_surfels < MIN_SURFELS {
+        if num_surfels < SPARSE_POINTS {
             return self.too_few_surfels(num_surfels);
         }
         self.check_colors(frame);
@@ -166,14 +162,7 @@ impl DepthOdometry {
         }
         match &self.chain {
             Some(chain) => chain.lost(reason, 0.0),
-            None => SpatialEstimate {
-                T_world_sensor: Pose3::identity(),
-                registration: None,
-                overlap: 0.0,
-                assessment: Assessment::lost(reason),
-                covariance: None,
-                is_in_map: false,
-            },
+            None => SpatialEstimate::lost(Pose3::identity(), reason, 0.0),
         }
     }
 }

@@ -42,10 +42,8 @@ impl PairRegistration {
             Search::AllAround => matcher.best_of(matcher.propose_all_around(&Pose3::identity())),
             Search::Anywhere => matcher.best_of(matcher.propose_anywhere(&Pose3::identity())),
         };
-        let (assessment, overlap) = (hypothesis.assessment(), hypothesis.overlap);
-        let T_world_sensor = *hypothesis.T_world_sensor();
-        let registration = Some(hypothesis.registration);
-        SpatialEstimate { T_world_sensor, registration, overlap, assessment, covariance: None, is_in_map: false }
+        let assessment = hypothesis.assessment();
+        SpatialEstimate::outside_map(hypothesis, assessment)
     }
 }
 

@@ -10,20 +10,9 @@ use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::projective::ProjectiveTarget;
 use crate::registration::spatial::SpatialRegistration;
 
-/// Agreement (0..=1) above which a pose is accepted inside the gate, with at most half of the frame on the map: no other pose can
-/// agree distinctly better. Half as much contradiction is allowed after a gap, outside the gate or without a prediction. With more
-/// than half of the frame on the map, a pose inside the gate is accepted if it is not doubtful by [`LIMITS`], ...
-const MIN_AGREEMENT: f64 = 1.0 - MIN_AGREEMENT_DIFFERENCE;
-/// ... and above this if the frame before it alone gives the same pose as the map: what contradicts the map then is the error of
-/// its surfaces, not of the pose.
-const MIN_AGREEMENT_TRACKED_ON_MAP: f64 = 0.9;
 /// Overlap (0..=1, of what this camera's frames can have) above which a frame lies mostly on the map: without a prediction it
-/// has to.
-pub(super) const MOSTLY_MAPPED_OVERLAP: f64 = 0.5;
-/// The same above which a pose is accepted: inside the gate, ...
-const MIN_OVERLAP: f64 = 0.15;
-/// ... and outside the gate or after a gap. So much of an earlier map constrains the pose, too.
-pub(crate) const MIN_OVERLAP_OUTSIDE_GATE: f64 = 0.25;
+/// has to. Half as much suffices outside the gate or after a gap, and constrains a pose, and half of that inside.
+pub(crate) const MOSTLY_MAPPED_OVERLAP: f64 = 0.5;
 /// Photometric correlation (-1..=1) above which a place counts as revisited: others are not compared by brightness, and a pose
 /// without a prediction is treated as one outside the gate.
 pub(super) const SAME_PLACE_NCC: f64 = 0.95;
@@ -125,6 +114,11 @@ impl PoseHypothesis {
         (self.overlap / self.expected_normal_repeatability).min(1.0)
     }
 
+    /// Whether most of the frame that can lie on the map does.
+    fn is_mostly_mapped(&self) -> bool {
+        self.relative_overlap() > MOSTLY_MAPPED_OVERLAP
+    }
+
     /// Whether too little of the frame lies on the map, or too much of it in free space.
     pub(super) fn is_contradicted(&self) -> bool {
         self.overlap < LIMITS.lost_overlap || self.agreement < LIMITS.doubtful_agreement
@@ -134,15 +128,16 @@ impl PoseHypothesis {
     pub(super) fn is_accepted(&self, gate: PredictionGate) -> bool {
         let is_revisit = self.photometric_ncc.is_some_and(|ncc| ncc > SAME_PLACE_NCC);
         let gate = if gate == PredictionGate::NoPrediction && is_revisit { PredictionGate::Outside } else { gate };
-        let is_mostly_mapped = self.relative_overlap() > MOSTLY_MAPPED_OVERLAP;
         let min_agreement = match gate {
-            PredictionGate::Inside if is_mostly_mapped => self.limits().doubtful_agreement,
-            PredictionGate::Inside => MIN_AGREEMENT,
-            _ => f64::midpoint(MIN_AGREEMENT, 1.0),
+            PredictionGate::Inside if self.is_mostly_mapped() => self.limits().doubtful_agreement,
+            // No other pose can agree distinctly better ...
+            PredictionGate::Inside => 1.0 - MIN_AGREEMENT_DIFFERENCE,
+            // ... or half as much better, where more poses are possible.
+            _ => 1.0 - MIN_AGREEMENT_DIFFERENCE / 2.0,
         };
         let min_overlap = match gate {
-            PredictionGate::Inside => MIN_OVERLAP,
-            PredictionGate::InsideAfterGap | PredictionGate::Outside => MIN_OVERLAP_OUTSIDE_GATE,
+            PredictionGate::Inside => MOSTLY_MAPPED_OVERLAP / 4.0,
+            PredictionGate::InsideAfterGap | PredictionGate::Outside => MOSTLY_MAPPED_OVERLAP / 2.0,
             PredictionGate::NoPrediction => MOSTLY_MAPPED_OVERLAP,
         };
         self.relative_overlap() > min_overlap
@@ -152,10 +147,12 @@ impl PoseHypothesis {
             && self.registration.converged
     }
 
-    /// The limits of the evidence. Less agreement suffices where two registrations give the same pose.
+    /// The limits of the evidence. Less agreement suffices where the frame before it alone gives the same pose as the map: what contradicts
+    /// the map then is the error of its surfaces, not of the pose.
     fn limits(&self) -> Limits {
-        let is_confirmed = self.is_tracked_on_map && self.relative_overlap() > MOSTLY_MAPPED_OVERLAP;
-        if is_confirmed { Limits { doubtful_agreement: MIN_AGREEMENT_TRACKED_ON_MAP, ..LIMITS } } else { LIMITS }
+        let is_confirmed = self.is_tracked_on_map && self.is_mostly_mapped();
+        let doubtful_agreement = f64::midpoint(LIMITS.lost_agreement, LIMITS.doubtful_agreement);
+        if is_confirmed { Limits { doubtful_agreement, ..LIMITS } } else { LIMITS }
     }
 
     /// Whether nothing contradicts it.
@@ -169,7 +166,7 @@ impl PoseHypothesis {
             || (self.is_plausible()
                 && !self.is_degenerate()
                 && gate != PredictionGate::NoPrediction
-                && (self.agreement > MIN_AGREEMENT || self.is_accepted(gate)))
+                && (self.agreement > 1.0 - MIN_AGREEMENT_DIFFERENCE || self.is_accepted(gate)))
     }
 
     /// Whether it lies inside the gate and is undetermined along one direction only. Outside the gate that says nothing: a
@@ -182,7 +179,7 @@ impl PoseHypothesis {
 
     /// Whether the map that it was registered to constrains all directions.
     pub(super) fn is_constrained_by_map(&self) -> bool {
-        self.relative_overlap() > MIN_OVERLAP_OUTSIDE_GATE
+        self.relative_overlap() > MOSTLY_MAPPED_OVERLAP / 2.0
             && !self.is_contradicted()
             && !self.is_degenerate()
             && self.registration.converged

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Vector3};
 use super::evidence::{NUM_SCORED_POINTS, score, score_within};
 use super::frame_matcher::{FrameMatcher, middle_options, rough_options};
 use super::hypotheses::{
-    COARSE_GRID_STEP, GRID_STEP, REACH_ALL_AROUND, REACH_ANYWHERE, best_distinct, grid_around, motion_penalty,
+    GRID_STEP, MIN_DISTANCE, REACH_ALL_AROUND, REACH_ANYWHERE, best_distinct, grid_around, motion_penalty,
 };
 use crate::geometry::Pose3;
 use crate::registration::icp::IcpOptions;
@@ -62,8 +62,8 @@ impl FrameMatcher<'_> {
     pub(super) fn propose_anywhere(&self, T_world_view: &Pose3) -> Proposals {
         let view = self.view_from(T_world_view);
         let points = self.sparse.at_most(NUM_SCORED_POINTS).point_batch();
-        let poses = grid_around(T_world_view, -18..=17, 10.0, [REACH_ANYWHERE; 2], COARSE_GRID_STEP);
-        let scored = poses.map(|pose| (score_within(&view, &points, &pose, COARSE_GRID_STEP / 2.0), pose)).collect();
+        let poses = grid_around(T_world_view, -18..=17, 10.0, [REACH_ANYWHERE; 2], MIN_DISTANCE);
+        let scored = poses.map(|pose| (score_within(&view, &points, &pose, MIN_DISTANCE / 2.0), pose)).collect();
         self.refine(&view, scored, NUM_REFINED_ANYWHERE, |_| 0.0)
     }
 

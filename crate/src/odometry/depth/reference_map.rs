@@ -7,9 +7,6 @@ use crate::map::surfel::SurfelMap;
 use crate::registration::prepared_surfels::PreparedSurfels;
 use crate::registration::projective::ProjectiveTarget;
 
-/// Smallest average that is used (0..=1): with less the frames are not this camera's, or the poses are wrong.
-const MIN_NORMAL_REPEATABILITY: f64 = 0.5;
-
 /// Surfaces to register to, and keyframes for free space and brightness.
 #[derive(Clone, Default)]
 pub(super) struct ReferenceMap {
@@ -20,9 +17,9 @@ pub(super) struct ReferenceMap {
 }
 
 impl ReferenceMap {
-    /// The average repeatability of normals, at least a half; 1 as long as there are too few frames.
+    /// The average repeatability of normals; 1 as long as there are too few frames.
     pub(super) fn expected_normal_repeatability(&self) -> f64 {
-        self.normal_repeatability.average().map_or(1.0, |share| share.max(MIN_NORMAL_REPEATABILITY))
+        self.normal_repeatability.average().unwrap_or(1.0)
     }
 
     /// Adds a frame by its number. `view` is the map as seen from about there.

@@ -1,6 +1,6 @@
 //! The registration of a frame's proposals: the one with the best evidence is returned.
 
-use super::color::{MIN_NCC, SAME_OFFSET_STEPS, is_distinct};
+use super::color::{DistinctOffset, MIN_NCC, is_distinct};
 use super::evidence::MIN_AGREEMENT_DIFFERENCE;
 use super::frame_matcher::{FrameMatcher, middle_options};
 use super::hypotheses::{SAME_POSE_DISTANCE, best_distinct};
@@ -72,7 +72,7 @@ impl FrameMatcher<'_> {
         if !best.is_degenerate() {
             let weakest = best.weakest;
             let offset = self.offset_along(textured, &best, &weakest);
-            if let Some(offset) = offset.filter(|offset| offset.steps.abs() > SAME_OFFSET_STEPS) {
+            if let Some(offset) = offset.filter(DistinctOffset::is_elsewhere) {
                 if let Some(moved) = self.register_at_offset(textured, &best, &weakest, offset) {
                     return moved;
                 }

@@ -2,14 +2,10 @@
 
 use super::evidence::{MIN_AGREEMENT_DIFFERENCE, ROUGH_TOLERANCE};
 use super::frame_matcher::FrameMatcher;
-use super::hypotheses::{REACH_ALL_AROUND, translated};
+use super::hypotheses::{REACH_ALL_AROUND, steps_within, translated};
 use super::pose_hypothesis::{MOSTLY_MAPPED_OVERLAP, PoseHypothesis};
 use crate::geometry::Pose3;
 use crate::registration::degeneracy::DegenerateDirection;
-
-/// Positions compared along an undetermined direction, to either side: as far as the search all around reaches, apart by the
-/// tolerance of initial poses.
-const NUM_OFFSETS: i32 = (REACH_ALL_AROUND / ROUGH_TOLERANCE) as i32;
 
 impl FrameMatcher<'_> {
     /// Compares positions along the direction that the surfaces do not constrain. The registration does not see the borders of
@@ -45,9 +41,9 @@ impl FrameMatcher<'_> {
         PoseHypothesis { degenerate_sigma: Some(sigma), ..hypothesis }
     }
 
-    /// Other positions of a hypothesis along a direction.
+    /// Other positions of a hypothesis along a direction: as far as the search all around reaches, apart by the tolerance of initial poses.
     fn positions_along(&self, hypothesis: &PoseHypothesis, along: &DegenerateDirection) -> PositionsAlong {
-        let others = (-NUM_OFFSETS..=NUM_OFFSETS).filter(|steps| *steps != 0).map(|steps| {
+        let others = steps_within(REACH_ALL_AROUND, ROUGH_TOLERANCE).filter(|steps| *steps != 0).map(|steps| {
             let distance = f64::from(steps) * ROUGH_TOLERANCE;
             let pose = translated(hypothesis.T_world_sensor(), &along.direction, distance);
             OtherPosition { distance, pose, agreement: self.evidence(&hypothesis.view, &self.middle, &pose).agreement }
@@ -104,7 +100,7 @@ mod tests {
             pose: Pose3::translation(f64::from(steps), 0.0, 0.0),
             agreement: fits(steps),
         };
-        PositionsAlong::of(0.99, (-NUM_OFFSETS..=NUM_OFFSETS).filter(|steps| *steps != 0).map(other))
+        PositionsAlong::of(0.99, steps_within(REACH_ALL_AROUND, ROUGH_TOLERANCE).filter(|steps| *steps != 0).map(other))
     }
 
     #[test]

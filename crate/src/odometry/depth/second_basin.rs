@@ -7,14 +7,11 @@ use nalgebra::Vector3;
 use super::color::is_distinct;
 use super::evidence::{MIN_AGREEMENT_DIFFERENCE, NUM_SCORED_POINTS, score};
 use super::frame_matcher::{FrameMatcher, middle_options, rough_options};
-use super::hypotheses::{GRID_STEP, best_apart, grid_around};
+use super::hypotheses::{GRID_STEP, MIN_DISTANCE, best_apart, grid_around};
 use super::pose_hypothesis::PoseHypothesis;
 use super::prediction_gate::{MAX_STEP, PredictionGate};
 use super::propose::NUM_REFINED;
 use crate::geometry::Pose3;
-
-/// Distance (m) from which a position is another one: the registration from a nearer one leads to the same.
-pub(super) const MIN_DISTANCE: f64 = 0.5;
 
 /// Where a camera may be (m).
 pub(super) struct SearchArea {

@@ -50,7 +50,7 @@ impl PickedCells {
 }
 
 /// Points that score one of hundreds of pose hypotheses.
-const SPARSE_POINTS: usize = 250;
+pub(crate) const SPARSE_POINTS: usize = 250;
 /// Points that refine the best hypotheses.
 const MIDDLE_POINTS: usize = 800;
 /// Points that are matched with a submap for a loop.

@@ -7,14 +7,15 @@ use super::stored_surfaces::StoredSurfaces;
 use super::submap::{FrameSurfaces, Submap};
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::pose_distance;
-use crate::map::keyframes::apart_within;
+use crate::map::keyframes::{MAX_NEARBY, apart_within};
 
 /// Distance up to which two poses share a view (m, two metres per radian).
 const MAX_REVISIT_DISTANCE: f64 = 1.2;
 /// Length of the path before and after a node that belongs to its submap (m, two metres per radian).
 pub(super) const SUBMAP_HALF_LENGTH: f64 = 2.0;
-/// Largest number of frames in a submap of recent frames; a submap around a node has the node besides.
-pub(super) const MAX_SUBMAP_FRAMES: usize = 6;
+/// Largest number of frames in a submap of recent frames, as of keyframes that a camera is compared with; a submap around a node has the
+/// node besides.
+pub(super) const MAX_SUBMAP_FRAMES: usize = MAX_NEARBY;
 /// Largest number of submaps that a frame is registered to in one detection.
 const MAX_SUBMAPS: usize = 2;
 /// Memory above which the stored surfaces are thinned (bytes).

@@ -7,7 +7,7 @@ use nalgebra::{Matrix6, Vector3};
 
 use crate::geometry::Pose3;
 use crate::odometry::depth::{
-    ComparedSurfaces, FINE_TOLERANCE, LIMITS, MIN_OVERLAP_OUTSIDE_GATE, fine_options, middle_options,
+    ComparedSurfaces, FINE_TOLERANCE, LIMITS, MOSTLY_MAPPED_OVERLAP, fine_options, middle_options,
 };
 use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::factors::PointToPlane;
@@ -72,7 +72,7 @@ impl<'a> Submap<'a> {
         let registration = register(frame, &view, guess, &fine_options());
         let T_submap_camera = registration.T_target_source;
         let (overlap, agreement) = self.evidence(frame, &view, &T_submap_camera);
-        let is_accepted = overlap > MIN_OVERLAP_OUTSIDE_GATE && agreement > LIMITS.doubtful_agreement;
+        let is_accepted = overlap > MOSTLY_MAPPED_OVERLAP / 2.0 && agreement > LIMITS.doubtful_agreement;
         (is_accepted && DegenerateDirection::of(&registration.correspondences, FINE_TOLERANCE).is_none())
             .then_some(SubmapRegistration { T_submap_camera, information: registration.information })
     }

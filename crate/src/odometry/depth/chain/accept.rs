@@ -164,8 +164,7 @@ impl Chain {
         let covariance = Some(self.errors.add_registered(number, &hypothesis, &self.reference, open));
         self.reference.insert(frame, number, &T_world_sensor, &hypothesis.view);
         self.members.push(Member::new(number, T_world_sensor, assessment.clone()));
-        let (registration, overlap) = (Some(hypothesis.registration), hypothesis.overlap);
-        SpatialEstimate { T_world_sensor, overlap, assessment, registration, covariance, is_in_map: true }
+        SpatialEstimate { covariance, is_in_map: true, ..SpatialEstimate::outside_map(hypothesis, assessment) }
     }
 
     /// The estimate of a frame that is not added to the map. If it is doubtful, the next frame is searched near it, too.
@@ -177,9 +176,8 @@ impl Chain {
         assessment: Assessment,
     ) -> SpatialEstimate {
         self.count_rejected();
-        let overlap = hypothesis.overlap;
         if assessment.status == Status::Lost {
-            return self.lost(assessment.reason, overlap);
+            return self.lost(assessment.reason, hypothesis.overlap);
         }
         let T_world_sensor = *hypothesis.T_world_sensor();
         // The frame before it is the one that was rejected before, or else the last of the map.
@@ -189,8 +187,7 @@ impl Chain {
         };
         let motion = before.map_or_else(Pose3::identity, |before| before.T_world_sensor.inverse() * T_world_sensor);
         self.rejected = Some(PosedFrame::new(number, frame, T_world_sensor, motion));
-        let registration = Some(hypothesis.registration);
-        SpatialEstimate { T_world_sensor, registration, overlap, assessment, covariance: None, is_in_map: false }
+        SpatialEstimate::outside_map(hypothesis, assessment)
     }
 
     /// Counts a frame that is not added to the map: the sensor may have moved further until the next one.
@@ -201,12 +198,6 @@ impl Chain {
     /// The estimate of a lost frame: the last known pose.
     pub(in super::super) fn lost(&self, reason: String, overlap: f64) -> SpatialEstimate {
         let T_world_sensor = self.rejected.as_ref().unwrap_or(&self.last).T_world_sensor;
-        let assessment = Assessment::lost(reason);
-        SpatialEstimate { T_world_sensor, registration: None, overlap, assessment, covariance: None, is_in_map: false }
-    }
-
-    /// Whether surfaces repeat where members are whose place is uncertain for that.
-    pub(super) fn is_in_repetitive_place(&self) -> bool {
-        self.surfaces_repeat && !self.branches.is_empty()
+        SpatialEstimate::lost(T_world_sensor, reason, overlap)
     }
 }

@@ -1,9 +1,10 @@
 //! Assess: what becomes of a frame with the pose that was found for it.
 
 use super::super::frame_matcher::FrameMatcher;
+use super::super::hypotheses::MIN_DISTANCE;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::{MAX_STEP, PredictionGate};
-use super::super::second_basin::{MIN_DISTANCE, SearchArea};
+use super::super::second_basin::SearchArea;
 use super::Chain;
 use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Status};
@@ -67,15 +68,7 @@ impl Chain {
 
     /// Whether the evidence suffices to accept a pose.
     pub(in super::super) fn is_accepted(&self, hypothesis: &PoseHypothesis) -> bool {
-        self.is_accepted_at(hypothesis, self.gate_of(hypothesis))
-    }
-
-    /// The same in a relation to the prediction. Where surfaces repeat they do not suffice without a prediction.
-    pub(super) fn is_accepted_at(&self, hypothesis: &PoseHypothesis, gate: PredictionGate) -> bool {
-        let is_anywhere = gate == PredictionGate::NoPrediction
-            && hypothesis.photometric_ncc.is_none()
-            && self.is_in_repetitive_place();
-        hypothesis.is_accepted(gate) && !is_anywhere
+        hypothesis.is_accepted(self.gate_of(hypothesis))
     }
 
     /// Whether a pose near the prediction is accepted, or undetermined along one direction only.

@@ -4,9 +4,8 @@ use std::ops::Range;
 
 use nalgebra::Matrix3;
 
-use super::super::hypotheses::{CONVERGING_DISTANCE, REACH_ALL_AROUND, SAME_POSE_DISTANCE};
+use super::super::hypotheses::{CONVERGING_DISTANCE, MIN_DISTANCE, REACH_ALL_AROUND, SAME_POSE_DISTANCE};
 use super::super::pose_hypothesis::PoseHypothesis;
-use super::super::second_basin::MIN_DISTANCE;
 use super::{Chain, Member};
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::pose_distance;

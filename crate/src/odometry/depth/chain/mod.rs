@@ -88,8 +88,7 @@ impl Chain {
         let (mut reference, T_world_sensor) = (ReferenceMap::default(), Pose3::identity());
         let view = reference.map.view(&frame.image, &T_world_sensor);
         reference.insert(frame, number, &T_world_sensor, &view);
-        let assessment = Assessment::first();
-        let covariance = Some(Matrix6::zeros());
+        let (assessment, covariance) = (Assessment::first(), Some(Matrix6::zeros()));
         let estimate = SpatialEstimate {
             T_world_sensor,
             registration: None,

@@ -20,8 +20,8 @@ impl Chain {
                 let num_between = member.number.abs_diff(frame.number).max(1) - 1;
                 PredictionGate::between(&member.T_world_sensor, hypothesis.T_world_sensor(), num_between)
             };
-            neighbors.iter().map(gate_from).any(|gate| self.is_accepted_at(hypothesis, gate))
-                || self.is_accepted_at(hypothesis, PredictionGate::NoPrediction)
+            neighbors.iter().map(gate_from).any(|gate| hypothesis.is_accepted(gate))
+                || hypothesis.is_accepted(PredictionGate::NoPrediction)
         };
         let starts = neighbors.iter().map(|member| member.T_world_sensor).chain([frame.T_world_sensor]);
         let mut found: Vec<PoseHypothesis> = starts.map(|T_world_start| matcher.best_around(&T_world_start)).collect();
@@ -31,7 +31,7 @@ impl Chain {
             );
         }
         let best = found.into_iter().max_by(|a, b| a.support.total_cmp(&b.support)).filter(is_accepted);
-        let best = best.or_else(|| self.search_near_keyframes(&matcher))?;
+        let best = best.or_else(|| matcher.best_near_keyframes())?;
         matcher.second_basin(&best, &SearchArea::anywhere(&best)).is_none().then_some(best)
     }
 

@@ -30,14 +30,16 @@ impl Chain {
                 return farther;
             }
         }
-        let near_keyframe = is_turn_of(2).then(|| self.search_near_keyframes(matcher)).flatten();
+        let near_keyframe = is_turn_of(2).then(|| matcher.best_near_keyframes()).flatten();
         near_keyframe.unwrap_or(best)
     }
+}
 
+impl FrameMatcher<'_> {
     /// The best pose near all keyframes, if it is accepted without a prediction.
-    pub(super) fn search_near_keyframes(&self, matcher: &FrameMatcher<'_>) -> Option<PoseHypothesis> {
-        let best = matcher.best_of(matcher.propose_near_keyframes()?);
-        self.is_accepted_at(&best, PredictionGate::NoPrediction).then_some(best)
+    pub(super) fn best_near_keyframes(&self) -> Option<PoseHypothesis> {
+        let best = self.best_of(self.propose_near_keyframes()?);
+        best.is_accepted(PredictionGate::NoPrediction).then_some(best)
     }
 }
 
