@@ -10,7 +10,9 @@ use scanstitch_scene::gyroscope::corridor;
 use scanstitch_scene::moving_lidar::MovingLidar;
 use scanstitch_scene::plaza::{around_the_plaza, plaza};
 use scanstitch_scene::space::{Shape, Solid, Space};
+use scanstitch_scene::spinning_lidar::SpinningLidar;
 use scanstitch_scene::straight_corridor::{along, pillared, short_sighted};
+use scanstitch_scene::streets::{drive, streets};
 
 /// Half the sides of the room (m).
 const HALF: [f64; 3] = [7.0, 5.0, 2.0];
@@ -316,6 +318,21 @@ fn straight_sweeps_without_times_are_left_as_they_are() {
     assert!(notes.contains("Clouds fit one another better as they are") && !notes.contains("Sweeps are"), "{notes}");
     let (metres, radians) = errors_of_steps(&reconstruction.poses(), 0, true);
     assert!(metres < 0.02 && radians < 0.005, "{metres} m, {radians} rad");
+}
+
+/// Straightened either way they fit one another a hundredth better than as they are, which says nothing of either.
+#[test]
+fn scans_of_a_street_without_times_are_not_taken_for_sweeps() {
+    let lidar = SpinningLidar { azimuth_step: 1f64.to_radians(), max_range: 60.0, ..SpinningLidar::default() };
+    let (space, truth) = (streets(2, false), drive(2.0));
+    let scan = |(pose, seed)| lidar.scan(&space, pose, seed);
+    let clouds: Vec<PointCloud> = truth.iter().zip(20_000..).take(20).map(scan).collect();
+    let reconstruction = reconstruct(SpatialSettings::default(), &clouds, |_| None);
+    let notes = reconstruction.result().notes.join("\n");
+    assert!(!notes.contains("Sweeps are"), "{notes}");
+    let off = |(truth_now, pose): (&Pose3, &Pose3)| (truth_now.inverse() * truth[0] * pose).translation_norm();
+    let largest = truth.iter().zip(&reconstruction.poses()).map(off).fold(0.0, f64::max);
+    assert!(largest < 0.1, "{largest} m");
 }
 
 /// Good sweeps after the first of a straight drive, and the largest error of their positions (m).
