@@ -10,6 +10,7 @@ use crate::preprocess::voxel_hash::{Voxel as Cell, VoxelHash};
 use crate::registration::icp::Source;
 use crate::registration::target::{CLEARANCE_FACTOR, LastSearch, OrientedTarget, SurfaceTarget, Target};
 use crate::search::Neighbor;
+use crate::search::kd_tree::{LANES, smaller};
 
 /// Voxels along the side of a block: a surface then has about 16 points in one, as a leaf of a tree.
 const BLOCK_SIDE: i32 = 4;
@@ -38,9 +39,6 @@ struct Block {
     points: Vec<Lanes>,
     num_points: u32,
 }
-
-/// Numbers compared at once: those of a 128-bit vector.
-const LANES: usize = 4;
 
 /// Points of a block: means from its lowest corner, where single precision is enough however far the world's origin is, axis by axis,
 /// and the numbers of their voxels. Unused entries hold infinity.
@@ -164,7 +162,7 @@ impl CloudMap {
                 }
             }
             // Few are near enough: they are looked at one by one only where one is.
-            if sq_distances.iter().fold(f32::INFINITY, |a, &b| if b < a { b } else { a }) <= best.sq_distance {
+            if sq_distances.iter().copied().fold(f32::INFINITY, smaller) <= best.sq_distance {
                 for (&sq_distance, &index) in sq_distances.iter().zip(&lanes.numbers) {
                     if sq_distance < best.sq_distance || (sq_distance == best.sq_distance && index < best.index) {
                         *best = Neighbor { index, sq_distance };

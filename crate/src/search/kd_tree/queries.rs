@@ -3,7 +3,7 @@
 use super::{LEAF, Neighbor, smaller};
 
 /// Numbers compared at once: those of a 128-bit vector, the width that WebAssembly has.
-const LANES: usize = 4;
+pub(crate) const LANES: usize = 4;
 
 /// A kind of search. Subtrees beyond its limit are skipped.
 pub(super) trait Search {
