@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use crate::evaluation::sharpness::Sharpness;
 use crate::evaluation::trajectory_error::{PlanarPoint, TrajectoryError};
 use crate::geometry::{Pose2, Pose3, RigidMotion};
-use crate::map::local::PlanarRegistration;
 use crate::odometry::assessment::{Assessment, Status};
 use crate::odometry::depth::SpatialEstimate;
 use crate::odometry::planar::FrameEstimate;
@@ -99,8 +98,8 @@ pub struct FrameResult<P, C, S = PlanarPose> {
     pub time: Option<f64>,
     /// Pose of the sensor, or of the robot where a log says where on it the laser sits; the world is the frame of the first one.
     pub T_world_sensor: P,
-    /// Standard deviations: of a scan, by its registration to the scans before; of a depth image, against the first one. Null where
-    /// there are none.
+    /// Standard deviations: of a scan, against the one before, by its registration, the odometry and, where both leave a direction open, by
+    /// the motion before; of a depth image, against the first one. Null where nothing tells.
     pub std: Option<S>,
     /// Assessment of the pose.
     pub status: Status,
@@ -183,7 +182,6 @@ impl FrameResult<PlanarPose, CleaningReport> {
         let overlap = registration.map_or(estimate.registered.agreement, |r| r.fitness);
         let degenerate = registration.filter(|r| r.observability.is_undetermined());
         Self {
-            std: registration.and_then(|registration| standard_deviation(registration, R_map_run)),
             undetermined: degenerate.map(|r| planar(&(R_map_run.adjoint() * r.observability.weakest_direction))),
             ..Self::new(label, pose.into(), &estimate.assessment(), overlap, registration, cleaning)
         }
@@ -211,18 +209,6 @@ impl SpatialDeviation {
         let [x, y, z] = [3, 4, 5].map(|axis| covariance[(axis, axis)].max(0.0).sqrt());
         Self { x, y, z, rotation: covariance.fixed_view::<3, 3>(0, 0).trace().max(0.0).sqrt() }
     }
-}
-
-/// Standard deviations of the sensor's position and heading in the world frame. The information is that of a perturbation about
-/// the world's origin; the adjoint of a translation transforms it to the sensor.
-fn standard_deviation(registration: &PlanarRegistration, R_map_run: &Pose2) -> Option<PlanarPose> {
-    let to_sensor =
-        Pose2::translation(registration.T_target_source.translation.x, registration.T_target_source.translation.y);
-    let adjoint = to_sensor.adjoint();
-    let information = adjoint.tr_mul(&(registration.information * adjoint));
-    let turn = R_map_run.adjoint();
-    let covariance = turn * information.cholesky()?.inverse() * turn.transpose();
-    Some(planar(&covariance.diagonal().map(f64::sqrt)))
 }
 
 /// From a tangent vector, rotation first.

@@ -22,9 +22,8 @@ use crate::odometry::planar::{
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::search::order::ascending;
 
-/// From this many placed scans on a sequence is long: its loops are looked for, its keyframes are some of its scans, and each
-/// is matched with a few others.
-pub const LONG_SEQUENCE: usize = 100;
+/// From this many placed scans on a sequence is long: its keyframes are some of its scans, and each is matched with a few others.
+const LONG_SEQUENCE: usize = 100;
 /// A direction that the walls leave open is known, without measured motion, by the motion before: to a share of it and
 /// this (rad, m). With a third of what a motion may change by, the corridor has one stretch falsely good from scans alone (none).
 const OPEN_DIRECTION_SIGMA: (f64, f64) = (0.03, 0.03);
@@ -77,7 +76,7 @@ impl KeyframeGraph {
         let mut links: Vec<ChainLink> = nodes.iter().map(link).collect();
         let (mut chain, mut is_confirmed) = (Vec::new(), vec![false]);
         for (node, pair) in nodes.windows(2).enumerate() {
-            let relations = Relations::between(pair[0], pair[1], &estimates[pair[1]], poses, odometry);
+            let relations = Relations::between(pair[0], pair[1], estimates, odometry);
             links[node + 1].is_weak = relations.openness.is_none_or(|open| open > MAX_OPENNESS);
             links[node + 1].is_broken = relations.openness.is_none();
             let is_good = estimates[pair[1]].assessment().status == Status::Good;
@@ -95,7 +94,7 @@ impl KeyframeGraph {
         }
     }
 
-    /// Whether there are enough scans for keyframes to be chosen and loops to be searched.
+    /// Whether there are enough scans for keyframes to be chosen.
     pub fn is_long(&self) -> bool {
         self.is_long
     }
@@ -252,6 +251,19 @@ fn is_motion_known(nodes: &[usize]) -> bool {
     nodes.len() > MIN_FRAMES_KNOWN_MOTION + 1
 }
 
+/// The motion between two frames, by the chain, and its covariance (a perturbation on the left, rotation first): what registration and
+/// odometry tell, and the motion before where they leave a direction open. `None` where nothing ties the two.
+pub fn motion_between(
+    before: usize,
+    frame: usize,
+    estimates: &[FrameEstimate],
+    odometry: &OdometryModel,
+) -> Option<(Pose2, Matrix3<f64>)> {
+    let relations = Relations::between(before, frame, estimates, odometry);
+    let covariance = covariance(&relations.all).filter(|_| relations.openness.is_some())?;
+    Some((estimates[before].T_world_sensor.inverse() * estimates[frame].T_world_sensor, covariance))
+}
+
 /// The relations between two keyframes that follow each other, and what they leave open together.
 struct Relations {
     all: Vec<PlanarFactor>,
@@ -261,27 +273,26 @@ struct Relations {
 }
 
 impl Relations {
-    fn between(
-        before: usize,
-        frame: usize,
-        estimate: &FrameEstimate,
-        poses: &[Pose2],
-        odometry: &OdometryModel,
-    ) -> Self {
+    fn between(before: usize, frame: usize, estimates: &[FrameEstimate], odometry: &OdometryModel) -> Self {
+        let (estimate, T_world_before) = (&estimates[frame], estimates[before].T_world_sensor);
         let is_start = estimate.link == Link::Start;
         let mut all = Vec::new();
         let measured = odometry.between(before, frame);
-        let T_before_frame = poses[before].inverse() * poses[frame];
+        let T_before_frame = T_world_before.inverse() * estimate.T_world_sensor;
         let registered = estimate.registration.as_ref().filter(|_| {
             estimate.link == Link::Registered
                 || (estimate.link == Link::Doubted && estimate.registered.agreement > PLAUSIBLE_AGREEMENT)
         });
         if let Some(registration) = registered.filter(|_| !is_start) {
             let worst = expected(&T_before_frame, measured.is_some());
-            let information = seen_from(&estimate.information, &poses[before]);
+            let information = seen_from(&estimate.information, &T_world_before);
             let covariance = softened_covariance(&information, REGISTRATION_SIGMA, worst);
             // Without measured motion to fall back on, the registration is all there is.
-            all.push(relation(poses[before].inverse() * registration.T_target_source, &covariance, measured.is_some()));
+            all.push(relation(
+                T_world_before.inverse() * registration.T_target_source,
+                &covariance,
+                measured.is_some(),
+            ));
         }
         if let Some(MeasuredMotion { T_before_sensor, covariance }) = &measured {
             // Wheels that slipped give way to a registration that nothing speaks against.

@@ -10,7 +10,7 @@ use super::chosen_odometry::{ChooseOdometry, ChosenOdometry};
 use super::edits::BeforeMending;
 use super::joining::{BeginJoining, PieceSearch};
 use super::joint::{Joint, POINTS_A_STEP};
-use super::keyframe_graph::{KeyframeGraph, LONG_SEQUENCE};
+use super::keyframe_graph::{KeyframeGraph, motion_between};
 use super::map_edits::MapEdits;
 use super::scan_to_map::ScanToMap;
 use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
@@ -20,6 +20,7 @@ use crate::io::trajectory::Trajectory;
 use crate::map::local::LocalMap;
 use crate::odometry::assessment::Status;
 use crate::odometry::planar::belief::Finding;
+use crate::odometry::planar::information::position_covariance;
 use crate::odometry::planar::{BRIEF_ITERATIONS, FrameEstimate, Odometry};
 use crate::pipeline::prepared_frame::FrameLabel;
 use crate::pipeline::recorded_scan::{RecordedScan, RecordedScans};
@@ -159,10 +160,9 @@ impl Run {
         self.progress(Some(frame))
     }
 
-    /// Joins the frames to a graph, whose loops are looked for where it is long.
+    /// Joins the frames to a graph.
     fn begin_graph(&mut self, settings: &Settings) {
-        let num_placed = self.placed().count();
-        if settings.strategy != Strategy::Joint || num_placed == 0 {
+        if settings.strategy != Strategy::Joint || self.placed().next().is_none() {
             for frame in (0..self.num_scans).filter(|&frame| self.recordings[frame] > 0) {
                 self.estimates[frame].findings.push(Finding::OtherRecording);
             }
@@ -173,11 +173,6 @@ impl Run {
         let of_graph = self.chosen_odometry.model.compare_with_chain(&mut self.estimates);
         self.graph = Some(KeyframeGraph::new(&self.estimates, &self.scans, &self.poses, &of_graph));
         self.stage = Stage::Loops;
-        if num_placed < LONG_SEQUENCE {
-            // The loops of a few scans are not searched for; where another recording lies, is.
-            self.graph.iter_mut().for_each(|graph| graph.closure.end_search());
-            self.advance_loops(settings);
-        }
     }
 
     fn advance_loops(&mut self, settings: &Settings) {
@@ -345,8 +340,21 @@ impl Run {
             let pose = self.pose_of_robot(label.index);
             let piece = self.pieces[label.index];
             let R_map_run = self.map_edits.R_map_run();
-            FrameResult { piece, ..FrameResult::of_scan(label, *cleaning, estimate, pose, &R_map_run) }
+            let std = self.deviation(label.index);
+            FrameResult { piece, std, ..FrameResult::of_scan(label, *cleaning, estimate, pose, &R_map_run) }
         })
+    }
+
+    /// Standard deviations of a frame's pose against the frame placed before it, along the axes of the map.
+    fn deviation(&self, frame: usize) -> Option<PlanarPose> {
+        let end = if self.is_placed(frame) { frame } else { 0 };
+        let before = (0..end).rev().find(|&before| self.is_placed(before))?;
+        let (T_before_laser, covariance) = motion_between(before, frame, &self.estimates, &self.chosen_odometry.model)?;
+        let T_before_robot = T_before_laser * self.T_laser_robot[frame];
+        let R_map_before = (self.map_edits.R_map_run() * self.poses[before]).rotation.to_rotation_matrix();
+        let position = R_map_before * position_covariance(&T_before_robot, &covariance) * R_map_before.transpose();
+        let [theta, x, y] = [covariance[(0, 0)], position[(0, 0)], position[(1, 1)]].map(f64::sqrt);
+        Some(PlanarPose { x, y, theta })
     }
 
     /// Pairs of a frame's points and their partners in the scans it is registered to, in the world frame (m).

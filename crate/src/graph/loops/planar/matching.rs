@@ -30,11 +30,9 @@ pub struct Pair {
     pub window: SearchWindow,
 }
 
-impl Pair {
-    /// What its search costs, in windows of a metre and a tenth of a radian.
-    pub fn cost(&self) -> f64 {
-        1.0 + self.window.translation.powi(2) * (self.window.rotation / 0.1)
-    }
+/// What the search of a window costs, in windows of a metre and a tenth of a radian.
+pub fn search_cost(window: SearchWindow) -> f64 {
+    1.0 + window.translation.powi(2) * (window.rotation / 0.1)
 }
 
 /// Where a stretch was found in another, with the evidence.

@@ -94,8 +94,8 @@ pub struct LoopClosure {
     searched: Vec<Vec<(usize, f64)>>,
     queue: Vec<Pair>,
     trials: LoopTrials,
-    /// What is left for searches, in the unit of [`Pair::cost`].
-    budget: f64,
+    /// What searches have cost, in the unit of [`matching::search_cost`].
+    spent: f64,
     num_queued: usize,
     round: usize,
     is_done: bool,
@@ -108,20 +108,19 @@ impl LoopClosure {
         let mut poses: Vec<Pose2> = links.iter().map(|link| link.T_world_sensor).collect();
         optimize_poses(&mut poses, &chain);
         let submaps = joined(&links, &keyframes, &poses);
-        let (num_keyframes, num_submaps) = (keyframes.len(), submaps.len());
         Self {
             keyframes,
             links,
             chain,
             poses,
+            searched: vec![Vec::new(); submaps.len()],
             submaps,
             covariances: None,
             loops: Vec::new(),
             pool: Vec::new(),
-            searched: vec![Vec::new(); num_submaps],
             queue: Vec::new(),
             trials: LoopTrials::default(),
-            budget: SEARCH_BUDGET * num_keyframes as f64,
+            spent: 0.0,
             num_queued: 0,
             round: 0,
             is_done: false,
@@ -136,11 +135,6 @@ impl LoopClosure {
     /// Whether nothing more is found.
     pub fn is_done(&self) -> bool {
         self.is_done
-    }
-
-    /// Searches no further.
-    pub fn end_search(&mut self) {
-        self.is_done = true;
     }
 
     /// Returns of a scan of the chain.

@@ -3,9 +3,9 @@
 
 use nalgebra::Matrix2;
 
-use super::LoopClosure;
-use super::matching::Pair;
+use super::matching::{Pair, search_cost};
 use super::uncertainty::RelativeCovariances;
+use super::{LoopClosure, SEARCH_BUDGET};
 use crate::geometry::RigidMotion;
 use crate::geometry::connected_parts::connected_parts;
 use crate::geometry::quantile::THREE_SIGMA;
@@ -79,17 +79,17 @@ impl LoopClosure {
     /// Wide windows take long to search: those that are the likeliest for what they cost first, as many as a share of what is
     /// left to spend allows.
     fn affordable(&mut self, pairs: &[(f64, Pair)]) -> Vec<Pair> {
-        let most = self.budget * ROUND_SHARE;
-        let (mut spent, mut affordable) = (0.0, Vec::new());
-        for index in ascending(pairs.iter().map(|(likelihood, pair)| pair.cost() / likelihood)) {
+        let most = self.spent + (SEARCH_BUDGET * self.keyframes.len() as f64 - self.spent) * ROUND_SHARE;
+        let mut affordable = Vec::new();
+        for index in ascending(pairs.iter().map(|(likelihood, pair)| search_cost(pair.window) / likelihood)) {
             let pair = pairs[index].1;
-            if spent + pair.cost() > most {
+            let spent = self.spent + search_cost(pair.window);
+            if spent > most {
                 break;
             }
-            spent += pair.cost();
+            self.spent = spent;
             affordable.push(pair);
         }
-        self.budget -= spent;
         affordable
     }
 
