@@ -269,6 +269,18 @@ const ROWS = [
     },
   },
   {
+    path: 'rostopic_echo',
+    check: ({ frames }) => {
+      assert.equal(count(frames, 'good'), 40);
+      near(pathLength(frames), 11.6, 0.1, 'path');
+      // Driving along x from scan 24 to 27, the end of the corridor is out of range.
+      for (const { index, std } of frames.slice(1)) {
+        assert.ok(index >= 24 && index <= 27 ? std.x > 0.05 : std.x < 0.05, `${index}: ${std.x} m`);
+        assert.ok(std.y < 0.02 && std.theta < 0.01, `${index}: ${std.y} m, ${std.theta} rad`);
+      }
+    },
+  },
+  {
     path: 'range_limit_jitter',
     args: ['--set', 'odometry=log'],
     check: ({ said, frames }) => {
