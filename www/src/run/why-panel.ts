@@ -86,7 +86,7 @@ export class ScanstitchWhy extends LitElement {
       std && [
         'Uncertainty',
         `x ±${formatLength(std.x)}, y ±${formatLength(std.y)}, ±${formatAngle(std.theta, 3)}`,
-        'One standard deviation, from the noise of the scan',
+        'One standard deviation against the scan before it, by registration, odometry and, where walls leave a direction open, the motion before',
       ],
       error !== null && ['Error', formatLength(error), `Distance to ${baseName(this.referenceName)}`],
       frame.iterations > 0 && [
