@@ -13,6 +13,7 @@ use std::path::PathBuf;
 use nalgebra::Vector3;
 use scanstitch::camera::Pinhole;
 use scanstitch::geometry::{Pose3, RigidMotion};
+use scanstitch::io::mesh::{MeshFormat, write as write_mesh};
 use scanstitch::io::point_cloud;
 use scanstitch::map::surface::SurfaceOptions;
 use scanstitch::pipeline::prepared_frame::{DecodeConfig, FrameLabel, PreparedFrame};
@@ -80,7 +81,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
     for seed in 1..=num_flats {
         let apartment = Apartment::generate(seed);
         let walk = apartment.walk(&WalkOptions { num_frames: Some(num_frames), ..WalkOptions::default() });
-        let truth = seen_points(&apartment.space, &walk, &camera);
+        let (truth, normals) = seen_points(&apartment.space, &walk, &camera);
         if let Some(path) = score.as_ref().filter(|_| seed == num_flats) {
             let cloud = point_cloud::read(&fs::read(path)?)?;
             let points: Vec<Vector3<f64>> = cloud.positions.iter().map(double).collect();
@@ -99,7 +100,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             let images = measured(&apartment.space, &walk, &camera, sensor, seed)?;
             if let Some(folder) = &write {
                 write_recording(
-                    &folder.join(format!("{seed}-{}", name.replace([' ', ','], ""))),
+                    &folder.join(folder_name(seed, name)),
                     &images,
                     &walk,
                     &camera,
@@ -130,9 +131,24 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             let points: Vec<Vector3<f64>> = mesh.positions.iter().map(double).collect();
             let score = Score::of(&apartment.space, &points, &mesh.deviations, &truth, COVERED);
             report(&format!("flat {seed}, {name}"), &score, mesh.triangles.len(), times);
+            if let Some(folder) = &write {
+                let folder = folder.join(folder_name(seed, name));
+                fs::write(folder.join(format!("ours-{voxel_size}.ply")), write_mesh(&mesh, MeshFormat::Ply))?;
+                fs::write(folder.join("truth.txt"), rows_of(&truth, &normals))?;
+            }
         }
     }
     Ok(())
+}
+
+fn folder_name(seed: u64, sensor: &str) -> String {
+    format!("{seed}-{}", sensor.replace([' ', ','], ""))
+}
+
+/// Points with their normals as text: x y z (m) nx ny nz, a line each.
+fn rows_of(points: &[Vector3<f64>], normals: &[Vector3<f64>]) -> String {
+    let row = |(p, n): (&Vector3<f64>, &Vector3<f64>)| format!("{} {} {} {} {} {}\n", p.x, p.y, p.z, n.x, n.y, n.z);
+    points.iter().zip(normals).map(row).collect()
 }
 
 /// What a run keeps of depth images, as bytes.
@@ -170,17 +186,18 @@ fn measured(
     walk.iter().enumerate().map(image).collect()
 }
 
-/// Points of the true surface that the cameras see, within the range in which all sensors measure (5 m).
-fn seen_points(space: &Space, walk: &[Pose3], camera: &Pinhole) -> Vec<Vector3<f64>> {
+/// Points of the true surface that the cameras see, within the range in which all sensors measure (5 m), and their normals.
+fn seen_points(space: &Space, walk: &[Pose3], camera: &Pinhole) -> (Vec<Vector3<f64>>, Vec<Vector3<f64>>) {
     let mut random = Random::new(7);
     let one = |_| {
         let pose = &walk[(random.uniform(0.0, walk.len() as f64)) as usize];
         let (u, v) = (random.uniform(0.0, camera.width as f64 - 1.0), random.uniform(0.0, camera.height as f64 - 1.0));
         let (ray, origin) = (camera.ray(u, v), pose.translation.vector);
         let hit = space.cast(&origin, &pose.rotate(&ray))?;
-        (hit.distance < 5.0).then(|| origin + pose.rotate(&ray) * hit.distance)
+        let point = origin + pose.rotate(&ray) * hit.distance;
+        (hit.distance < 5.0).then(|| (point, space.solids()[hit.solid].normal(&point)))
     };
-    (0..NUM_COMPARED).filter_map(one).collect()
+    (0..NUM_COMPARED).filter_map(one).unzip()
 }
 
 /// How far a surface is from the true one (m), which share of that it covers, and which share of it is within twice its deviation.
