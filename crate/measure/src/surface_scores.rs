@@ -2,7 +2,8 @@
 //! [--sensor NAME] [--kept] [--step METRES] [--write DIR]`. For each flat, from the first or from `--from` on, and each sensor: the distance of the mesh's points from the true surface (mean, 95 %), the share of the
 //! true surface that has the mesh within 2 cm, the share of points within twice their standard deviation, and the processor times: the mean
 //! over the frames of reading one and of adding it to the field, and of extracting the mesh. `--kept` takes of each image what a run keeps,
-//! as the page does: every second pixel of every second row. `--step` walks smoothly, this far and 2 degrees a frame.
+//! as the page does: every second pixel of every second row. `--step`: a hand-held camera, at most this far and 2
+//! degrees a frame besides its sway.
 //! `--write` leaves the depth images (mm), `poses.txt` (4 x 4, camera to world, row by row) and `camera.txt` for other programs, and
 //! `--score FILE.ply --flats N` scores a mesh that one of them made of the last.
 
@@ -139,7 +140,8 @@ pub fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Poses of a walk: in steps of 0.25 m or 10 degrees, or, where `step` (m) is given, in smooth ones of it and 2 degrees.
+/// Poses of a walk: in steps of 0.25 m or 10 degrees, or, where `step` (m) is given, of a hand-held camera that
+/// moves at most so far and 2 degrees a frame besides its sway.
 fn walk_of(apartment: &Apartment, num_frames: usize, step: Option<f64>, seed: u64) -> Vec<Pose3> {
     let Some(step) = step else {
         return apartment.walk(&WalkOptions { num_frames: Some(num_frames), ..WalkOptions::default() });
