@@ -1,8 +1,9 @@
-//! Surfaces of rendered flats against the exact ones: `cargo measure surface_scores [--voxel METRES] [--frames N] [--flats N]
-//! [--sensor NAME] [--kept] [--write DIR]`. For each flat and each sensor: the distance of the mesh's points from the true surface (mean, 95 %), the share of the
+//! Surfaces of rendered flats against the exact ones: `cargo measure surface_scores [--voxel METRES] [--frames N] [--from N] [--flats N]
+//! [--sensor NAME] [--kept] [--step METRES] [--write DIR]`. For each flat, from the first or from `--from` on, and each sensor: the distance of the mesh's points from the true surface (mean, 95 %), the share of the
 //! true surface that has the mesh within 2 cm, the share of points within twice their standard deviation, and the processor times: the mean
 //! over the frames of reading one and of adding it to the field, and of extracting the mesh. `--kept` takes of each image what a run keeps,
-//! as the page does: every second pixel of every second row.
+//! as the page does: every second pixel of every second row. `--step`: a hand-held camera, at most this far and 2
+//! degrees a frame besides its sway.
 //! `--write` leaves the depth images (mm), `poses.txt` (4 x 4, camera to world, row by row) and `camera.txt` for other programs, and
 //! `--score FILE.ply --flats N` scores a mesh that one of them made of the last.
 
@@ -13,12 +14,14 @@ use std::path::PathBuf;
 use nalgebra::Vector3;
 use scanstitch::camera::Pinhole;
 use scanstitch::geometry::{Pose3, RigidMotion};
+use scanstitch::io::mesh::{MeshFormat, write as write_mesh};
 use scanstitch::io::point_cloud;
 use scanstitch::map::surface::SurfaceOptions;
 use scanstitch::pipeline::prepared_frame::{DecodeConfig, FrameLabel, PreparedFrame};
 use scanstitch::pipeline::spatial_settings::SpatialSettings;
 use scanstitch::pipeline::surface::{SurfaceFrame, SurfaceReconstruction};
 use scanstitch_scene::apartment::{Apartment, WalkOptions};
+use scanstitch_scene::hand_held::hand_held;
 use scanstitch_scene::random::Random;
 use scanstitch_scene::space::stereo_camera::StereoCamera;
 use scanstitch_scene::space::{DepthSensor, Space};
@@ -52,9 +55,9 @@ fn sensors() -> [(&'static str, Sensor); 4] {
 }
 
 pub fn main() -> Result<(), Box<dyn Error>> {
-    let (mut voxel_size, mut num_frames, mut num_flats) = (0.01, 60, 2u64);
+    let (mut voxel_size, mut num_frames, mut first_flat, mut num_flats) = (0.01, 60, 1, 2u64);
     let (mut write, mut score): (Option<PathBuf>, Option<PathBuf>) = (None, None);
-    let (mut wanted_sensor, mut is_kept) = (None, false);
+    let (mut wanted_sensor, mut is_kept, mut step) = (None, false, None);
     let mut arguments = arguments().into_iter();
     while let Some(name) = arguments.next() {
         if name == "--kept" {
@@ -66,6 +69,8 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             "--voxel" => voxel_size = value.parse()?,
             "--frames" => num_frames = value.parse()?,
             "--flats" => num_flats = value.parse()?,
+            "--from" => first_flat = value.parse()?,
+            "--step" => step = Some(value.parse()?),
             "--write" => write = Some(value.into()),
             "--sensor" => wanted_sensor = Some(value),
             "--score" => score = Some(value.into()),
@@ -77,10 +82,10 @@ pub fn main() -> Result<(), Box<dyn Error>> {
         "", "mean", "95 %", "covered", "within 2", "triangles", "reading", "fusing", "extracting"
     );
     let camera = Pinhole::from_field_of_view(512, 512, std::f64::consts::FRAC_PI_2)?;
-    for seed in 1..=num_flats {
+    for seed in first_flat..=num_flats {
         let apartment = Apartment::generate(seed);
-        let walk = apartment.walk(&WalkOptions { num_frames: Some(num_frames), ..WalkOptions::default() });
-        let truth = seen_points(&apartment.space, &walk, &camera);
+        let walk = walk_of(&apartment, num_frames, step, seed);
+        let (truth, normals) = seen_points(&apartment.space, &walk, &camera);
         if let Some(path) = score.as_ref().filter(|_| seed == num_flats) {
             let cloud = point_cloud::read(&fs::read(path)?)?;
             let points: Vec<Vector3<f64>> = cloud.positions.iter().map(double).collect();
@@ -98,12 +103,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             }
             let images = measured(&apartment.space, &walk, &camera, sensor, seed)?;
             if let Some(folder) = &write {
-                write_recording(
-                    &folder.join(format!("{seed}-{}", name.replace([' ', ','], ""))),
-                    &images,
-                    &walk,
-                    &camera,
-                )?;
+                write_recording(&folder.join(folder_name(seed, name)), &images, &walk, &camera)?;
             }
             let settings =
                 SpatialSettings { fx: camera.fx, fy: camera.fy, cx: camera.cx, cy: camera.cy, ..settings_of(sensor) };
@@ -130,9 +130,35 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             let points: Vec<Vector3<f64>> = mesh.positions.iter().map(double).collect();
             let score = Score::of(&apartment.space, &points, &mesh.deviations, &truth, COVERED);
             report(&format!("flat {seed}, {name}"), &score, mesh.triangles.len(), times);
+            if let Some(folder) = &write {
+                let folder = folder.join(folder_name(seed, name));
+                fs::write(folder.join(format!("ours-{voxel_size}.ply")), write_mesh(&mesh, MeshFormat::Ply))?;
+                fs::write(folder.join("truth.txt"), rows_of(&truth, &normals))?;
+            }
         }
     }
     Ok(())
+}
+
+/// Poses of a walk: in steps of 0.25 m or 10 degrees, or, where `step` (m) is given, of a hand-held camera that
+/// moves at most so far and 2 degrees a frame besides its sway.
+fn walk_of(apartment: &Apartment, num_frames: usize, step: Option<f64>, seed: u64) -> Vec<Pose3> {
+    let Some(step) = step else {
+        return apartment.walk(&WalkOptions { num_frames: Some(num_frames), ..WalkOptions::default() });
+    };
+    let mut poses = hand_held(&apartment.walk(&WalkOptions::default()), step, 2f64.to_radians(), seed);
+    poses.truncate(num_frames);
+    poses
+}
+
+fn folder_name(seed: u64, sensor: &str) -> String {
+    format!("{seed}-{}", sensor.replace([' ', ','], ""))
+}
+
+/// Points with their normals as text: x y z (m) nx ny nz, a line each.
+fn rows_of(points: &[Vector3<f64>], normals: &[Vector3<f64>]) -> String {
+    let row = |(p, n): (&Vector3<f64>, &Vector3<f64>)| format!("{} {} {} {} {} {}\n", p.x, p.y, p.z, n.x, n.y, n.z);
+    points.iter().zip(normals).map(row).collect()
 }
 
 /// What a run keeps of depth images, as bytes.
@@ -170,17 +196,18 @@ fn measured(
     walk.iter().enumerate().map(image).collect()
 }
 
-/// Points of the true surface that the cameras see, within the range in which all sensors measure (5 m).
-fn seen_points(space: &Space, walk: &[Pose3], camera: &Pinhole) -> Vec<Vector3<f64>> {
+/// Points of the true surface that the cameras see, within the range in which all sensors measure (5 m), and their normals.
+fn seen_points(space: &Space, walk: &[Pose3], camera: &Pinhole) -> (Vec<Vector3<f64>>, Vec<Vector3<f64>>) {
     let mut random = Random::new(7);
     let one = |_| {
         let pose = &walk[(random.uniform(0.0, walk.len() as f64)) as usize];
         let (u, v) = (random.uniform(0.0, camera.width as f64 - 1.0), random.uniform(0.0, camera.height as f64 - 1.0));
         let (ray, origin) = (camera.ray(u, v), pose.translation.vector);
         let hit = space.cast(&origin, &pose.rotate(&ray))?;
-        (hit.distance < 5.0).then(|| origin + pose.rotate(&ray) * hit.distance)
+        let point = origin + pose.rotate(&ray) * hit.distance;
+        (hit.distance < 5.0).then(|| (point, space.solids()[hit.solid].normal(&point)))
     };
-    (0..NUM_COMPARED).filter_map(one).collect()
+    (0..NUM_COMPARED).filter_map(one).unzip()
 }
 
 /// How far a surface is from the true one (m), which share of that it covers, and which share of it is within twice its deviation.
