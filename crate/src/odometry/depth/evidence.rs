@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::reference_map::ReferenceMap;
 use crate::geometry::Pose3;
 use crate::geometry::rotation::rotation_and_translation;
+use crate::map::surfel::SAME_SURFACE_DISTANCE;
 use crate::odometry::assessment::Limits;
 use crate::registration::free_space::{DepthNoise, FreeSpaceTally, FreeSpaceTest};
 use crate::registration::prepared_surfels::SurfelCloud;
@@ -12,8 +13,8 @@ use crate::registration::projective::{PointBatch, ProjectiveTarget};
 
 /// Distance along the normal up to which surfaces agree for an initial pose (m).
 pub(super) const ROUGH_TOLERANCE: f64 = 0.1;
-/// The same for a refined pose (m).
-pub(crate) const FINE_TOLERANCE: f64 = 0.03;
+/// The same for a refined pose (m), as of surfels that are one surface of the map.
+pub(crate) const FINE_TOLERANCE: f64 = SAME_SURFACE_DISTANCE;
 /// Cosine between the normals of two surfaces above which they can agree.
 const AGREEING_COSINE: f64 = 0.8;
 /// Points of the first score of a pose: hundreds to thousands of poses are scored.

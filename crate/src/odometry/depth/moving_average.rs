@@ -1,29 +1,26 @@
 //! The moving average of what a chain's frames have in common.
 
-/// As many frames tell what is usual in a recording.
-pub(super) const MIN_SAMPLES: usize = 5;
-/// Number of values from which the average is used.
-const MIN_COUNT: usize = 3;
+use crate::geometry::quantile::MIN_SAMPLE;
 
 /// The mean of the first values, then an average in which older ones fade: the last one counts as in the mean of
-/// [`MIN_SAMPLES`].
+/// [`MIN_SAMPLE`].
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct MovingAverage {
     mean: f64,
-    /// Number of values, at most [`MIN_SAMPLES`].
+    /// Number of values, at most [`MIN_SAMPLE`].
     count: usize,
 }
 
 impl MovingAverage {
     /// Adds a value.
     pub(super) fn push(&mut self, value: f64) {
-        self.count = MIN_SAMPLES.min(self.count + 1);
+        self.count = MIN_SAMPLE.min(self.count + 1);
         self.mean += (value - self.mean) / self.count as f64;
     }
 
-    /// The average; `None` of fewer than three values.
+    /// The average; `None` without values.
     pub(super) fn average(&self) -> Option<f64> {
-        (self.count >= MIN_COUNT).then_some(self.mean)
+        (self.count > 0).then_some(self.mean)
     }
 }
 
@@ -35,11 +32,9 @@ mod tests {
     fn the_first_values_count_alike_and_later_ones_fade() {
         let mut average = MovingAverage::default();
         assert_eq!(average.average(), None);
-        for value in [1.0, 4.0] {
+        for value in [1.0, 4.0, 1.0] {
             average.push(value);
         }
-        assert_eq!(average.average(), None);
-        average.push(1.0);
         assert_eq!(average.average(), Some(2.0));
         for _ in 0..40 {
             average.push(5.0);

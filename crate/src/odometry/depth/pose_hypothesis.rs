@@ -2,9 +2,11 @@
 
 use nalgebra::Vector3;
 
-use super::evidence::{LIMITS, MIN_AGREEMENT_DIFFERENCE, PoseEvidence};
+use super::chain::ERROR_RATIO;
+use super::evidence::{FINE_TOLERANCE, LIMITS, MIN_AGREEMENT_DIFFERENCE, PoseEvidence};
 use super::prediction_gate::PredictionGate;
 use crate::geometry::Pose3;
+use crate::geometry::quantile::THREE_SIGMA;
 use crate::odometry::assessment::{Assessment, Evidence, Limits, Status, Unconstrained};
 use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::projective::ProjectiveTarget;
@@ -50,9 +52,6 @@ pub(super) struct PoseHypothesis {
 /// generated flats with an agreement of at least 0.95, one with a larger share was off by more than 8 cm: it followed a frame that
 /// was.
 const WELL_CONSTRAINED_SHARE: f64 = 0.05;
-/// Standard deviation along it, from the residuals (m), below which fewer surfaces constrain it, too: of 295 such frames of
-/// generated flats one was off by 4 cm, the others by less than 3.
-const WELL_CONSTRAINED_SIGMA: f64 = 1e-3;
 
 impl PoseHypothesis {
     /// A registration with its evidence; it is not known to be degenerate.
@@ -91,11 +90,12 @@ impl PoseHypothesis {
         self.weakest.share > WELL_CONSTRAINED_SHARE
     }
 
-    /// Whether enough surfaces or small residuals constrain the weakest direction. Information from the noise of normals does not
+    /// Whether enough surfaces or small residuals constrain the weakest direction: to the tolerance of surfaces that agree (of 295 such
+    /// frames of generated flats one was off by 4 cm, the others by less than 3). Information from the noise of normals does not
     /// count: it adds up with the number of points on a bare wall, and the noise moves with the camera.
     pub(super) fn is_well_constrained(&self) -> bool {
-        let sigma = self.weakest_sigma() / self.weakest.informative_share.sqrt();
-        self.has_constraining_surfaces() || sigma < WELL_CONSTRAINED_SIGMA
+        let sigma = ERROR_RATIO * self.weakest_sigma() / self.weakest.informative_share.sqrt();
+        self.has_constraining_surfaces() || THREE_SIGMA * sigma < FINE_TOLERANCE
     }
 
     /// Whether neither surfaces nor colours constrain the position along one direction.
