@@ -25,8 +25,6 @@ pub(super) const MIN_NCC: f64 = 0.6;
 const UNEXPLAINED_RATIO: f64 = 3.0;
 /// Side of a patch of surfaces with a common error (cells).
 const PATCH_SIDE: usize = 16;
-/// One of this many correspondences is used for the information of the surfaces.
-pub(super) const CORRESPONDENCE_STRIDE: usize = 3;
 
 /// A position along a direction that brightness distinguishes from all others.
 #[derive(Clone, Copy)]
@@ -171,7 +169,7 @@ impl FrameMatcher<'_> {
         let rows = image.rows.div_ceil(PATCH_SIDE).max(1);
         let mut patches = vec![Vector6::zeros(); columns * rows];
         let mut sum = NormalEquations::<Pose3>::zeros();
-        for pair in hypothesis.registration.correspondences.iter().step_by(CORRESPONDENCE_STRIDE) {
+        for pair in &hypothesis.registration.correspondences {
             let equations: NormalEquations<Pose3> =
                 PointToPlane.normal_equations(&hypothesis.view, std::slice::from_ref(pair));
             let Some(pixel) = camera.project(&self.fine.points[pair.source as usize]) else { continue };
@@ -183,6 +181,11 @@ impl FrameMatcher<'_> {
         let variance = unit_variance(&self.solver.restricted(sum).H, &patches).max(f64::EPSILON);
         Gaussian { T_world_camera: *hypothesis.T_world_sensor(), information: sum.H / variance }
     }
+}
+
+/// Whether a photometric correlation tells a place from others.
+pub(super) fn is_same_place(ncc: f64) -> bool {
+    is_distinct(ncc, MIN_NCC)
 }
 
 /// Whether a correlation distinguishes a position from another one with a correlation nearly as high.

@@ -12,7 +12,6 @@ use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
 use rustc_hash::FxHashMap;
 
 use super::chain::ERROR_RATIO;
-use super::color::CORRESPONDENCE_STRIDE;
 use super::evidence::FINE_TOLERANCE;
 use super::pose_hypothesis::PoseHypothesis;
 use super::prediction_gate::MAX_STEP;
@@ -102,7 +101,7 @@ impl ErrorPropagation {
 fn normal_matrices(hypothesis: &PoseHypothesis, reference: &ReferenceMap) -> FxHashMap<u32, Matrix6<f64>> {
     let view = &hypothesis.view;
     let mut pairs: FxHashMap<u32, Vec<Correspondence<Vector3<f64>>>> = FxHashMap::default();
-    for pair in hypothesis.registration.correspondences.iter().step_by(CORRESPONDENCE_STRIDE) {
+    for pair in &hypothesis.registration.correspondences {
         // The partners of a frame that was tracked or corrected are not those of the map.
         let Some(neighbor) = view.nearest(&pair.moved, FINE_TOLERANCE) else { continue };
         let Some(frame) = reference.map.frame_of(view.number(neighbor.index)) else { continue };

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::chain::ERROR_RATIO;
+use super::color::is_same_place;
 use super::evidence::{FINE_TOLERANCE, LIMITS, MIN_AGREEMENT_DIFFERENCE, PoseEvidence};
 use super::prediction_gate::PredictionGate;
 use crate::geometry::Pose3;
@@ -15,9 +16,6 @@ use crate::registration::spatial::SpatialRegistration;
 /// Overlap (0..=1, of what this camera's frames can have) above which a frame lies mostly on the map: without a prediction it
 /// has to. Half as much suffices outside the gate or after a gap, and constrains a pose, and half of that inside.
 pub(crate) const MOSTLY_MAPPED_OVERLAP: f64 = 0.5;
-/// Photometric correlation (-1..=1) above which a place counts as revisited: others are not compared by brightness, and a pose
-/// without a prediction is treated as one outside the gate.
-pub(super) const SAME_PLACE_NCC: f64 = 0.95;
 
 /// A registration with the evidence for and against it.
 pub(super) struct PoseHypothesis {
@@ -126,7 +124,7 @@ impl PoseHypothesis {
 
     /// Whether the evidence suffices for a pose in this relation to the prediction.
     pub(super) fn is_accepted(&self, gate: PredictionGate) -> bool {
-        let is_revisit = self.photometric_ncc.is_some_and(|ncc| ncc > SAME_PLACE_NCC);
+        let is_revisit = self.photometric_ncc.is_some_and(is_same_place);
         let gate = if gate == PredictionGate::NoPrediction && is_revisit { PredictionGate::Outside } else { gate };
         let min_agreement = match gate {
             PredictionGate::Inside if self.is_mostly_mapped() => self.limits().doubtful_agreement,
