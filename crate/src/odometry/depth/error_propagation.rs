@@ -11,9 +11,8 @@
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
 use rustc_hash::FxHashMap;
 
-use super::chain::ERROR_RATIO;
 use super::evidence::FINE_TOLERANCE;
-use super::pose_hypothesis::PoseHypothesis;
+use super::pose_hypothesis::{ERROR_RATIO, PoseHypothesis};
 use super::prediction_gate::MAX_STEP;
 use super::reference_map::ReferenceMap;
 use crate::geometry::Pose3;

@@ -71,13 +71,12 @@ impl MotionPrior {
         };
         let weighted: Vec<(f64, f64)> = self.motions.iter().map(weighted).collect();
         let weight: f64 = weighted.iter().map(|(weight, _)| weight).sum();
-        let error_of_mean = FINE_TOLERANCE * FINE_TOLERANCE / weight;
-        if error_of_mean > MAX_STEP * MAX_STEP {
+        if FINE_TOLERANCE * FINE_TOLERANCE > MAX_STEP * MAX_STEP * weight {
             return None;
         }
         let mean = weighted.iter().map(|(weight, along)| weight * along).sum::<f64>() / weight;
         let spread = weighted.iter().map(|(weight, along)| weight * (along - mean).powi(2)).sum::<f64>() / weight;
-        Some(PredictedMotion { along: mean, variance: spread + error_of_mean })
+        Some(PredictedMotion { along: mean, variance: spread + FINE_TOLERANCE * FINE_TOLERANCE / weight })
     }
 }
 

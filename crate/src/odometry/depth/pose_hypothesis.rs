@@ -2,9 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::chain::ERROR_RATIO;
-use super::color::is_same_place;
-use super::evidence::{FINE_TOLERANCE, LIMITS, MIN_AGREEMENT_DIFFERENCE, PoseEvidence};
+use super::evidence::{FINE_TOLERANCE, LIMITS, MIN_AGREEMENT_DIFFERENCE, PoseEvidence, is_same_place};
 use super::prediction_gate::PredictionGate;
 use crate::geometry::Pose3;
 use crate::geometry::quantile::THREE_SIGMA;
@@ -50,6 +48,10 @@ pub(super) struct PoseHypothesis {
 /// generated flats with an agreement of at least 0.95, one with a larger share was off by more than 8 cm: it followed a frame that
 /// was.
 const WELL_CONSTRAINED_SHARE: f64 = 0.05;
+/// Ratio of a pose's actual error to the standard deviation from its residuals, as if these were independent: those of one patch of
+/// a surface are alike, and in frames that follow each other. Root mean square along the least constrained direction in generated flats, where
+/// surfaces constrain it; of rendered cameras of four kinds, see docs/measurements/depth_ablations.md.
+pub(super) const ERROR_RATIO: f64 = 10.0;
 
 impl PoseHypothesis {
     /// A registration with its evidence; it is not known to be degenerate.

@@ -1,7 +1,7 @@
 //! The registration of a frame's proposals: the one with the best evidence is returned.
 
-use super::color::{DistinctOffset, MIN_NCC, is_distinct, is_same_place};
-use super::evidence::MIN_AGREEMENT_DIFFERENCE;
+use super::color::DistinctOffset;
+use super::evidence::{MIN_AGREEMENT_DIFFERENCE, MIN_NCC, is_distinct, is_same_place};
 use super::frame_matcher::{FrameMatcher, middle_options};
 use super::hypotheses::{SAME_POSE_DISTANCE, best_distinct};
 use super::pose_hypothesis::PoseHypothesis;

@@ -4,15 +4,10 @@ use super::super::evidence::MIN_AGREEMENT_DIFFERENCE;
 use super::super::frame_matcher::FrameMatcher;
 use super::super::hypotheses::translated;
 use super::super::motion_prior::PredictedMotion;
-use super::super::pose_hypothesis::PoseHypothesis;
+use super::super::pose_hypothesis::{ERROR_RATIO, PoseHypothesis};
 use super::Chain;
 use crate::geometry::quantile::THREE_SIGMA;
 use crate::registration::degeneracy::DegenerateDirection;
-
-/// Ratio of a pose's actual error to the standard deviation from its residuals, as if these were independent: those of one patch of
-/// a surface are alike, and in frames that follow each other. Root mean square along the least constrained direction in generated flats, where
-/// surfaces constrain it; of rendered cameras of four kinds, see docs/measurements/depth_ablations.md.
-pub(in super::super) const ERROR_RATIO: f64 = 10.0;
 
 impl Chain {
     /// Moves a pose towards the motion prior along the direction that is least constrained, by the two variances. The result
