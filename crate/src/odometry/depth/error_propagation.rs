@@ -11,6 +11,7 @@
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
 use rustc_hash::FxHashMap;
 
+use super::color::CORRESPONDENCE_STRIDE;
 use super::evidence::FINE_TOLERANCE;
 use super::pose_hypothesis::{ERROR_RATIO, PoseHypothesis};
 use super::prediction_gate::MAX_STEP;
@@ -100,7 +101,7 @@ impl ErrorPropagation {
 fn normal_matrices(hypothesis: &PoseHypothesis, reference: &ReferenceMap) -> FxHashMap<u32, Matrix6<f64>> {
     let view = &hypothesis.view;
     let mut pairs: FxHashMap<u32, Vec<Correspondence<Vector3<f64>>>> = FxHashMap::default();
-    for pair in &hypothesis.registration.correspondences {
+    for pair in hypothesis.registration.correspondences.iter().step_by(CORRESPONDENCE_STRIDE) {
         // The partners of a frame that was tracked or corrected are not those of the map.
         let Some(neighbor) = view.nearest(&pair.moved, FINE_TOLERANCE) else { continue };
         let Some(frame) = reference.map.frame_of(view.number(neighbor.index)) else { continue };
