@@ -9,6 +9,10 @@ use crate::registration::free_space::FreeSpaceTest;
 use crate::registration::photometric::{MIN_POINTS, ReferenceKeyframe, TexturedPoint};
 use crate::registration::prepared_surfels::PreparedSurfels;
 
+/// Number of keyframe images that a frame is compared with. With all of those nearby, of the first floor with five strangers in a row 7
+/// frames are doubtful and 13 lost (5 lost).
+const MAX_REFERENCES: usize = 3;
+
 /// A frame's points with texture.
 pub(super) struct TexturedFrame<'a> {
     pub(super) points: &'a [TexturedPoint],
@@ -24,7 +28,7 @@ impl<'a> TexturedFrame<'a> {
         (points.len() >= MIN_POINTS).then_some(Self { points, is_for_degenerate_only })
     }
 
-    /// The images of the keyframes nearby that show enough of the points from about this pose.
+    /// The keyframe images that show most of the points from about this pose.
     pub(super) fn references<'r>(
         &self,
         reference: &'r ReferenceMap,
@@ -45,6 +49,6 @@ impl<'a> TexturedFrame<'a> {
             let T_world_camera = keyframe.T_world_camera;
             (visible.len() >= MIN_POINTS).then_some(ReferenceKeyframe { picture, T_world_camera, visible })
         };
-        keyframes.filter_map(with_visible_points).collect()
+        keyframes.filter_map(with_visible_points).take(MAX_REFERENCES).collect()
     }
 }
