@@ -2,6 +2,10 @@
 
 use crate::geometry::quantile::MIN_SAMPLE;
 
+/// Number of values from which the average is used. From the first one on, two frames of kinect_pioneer, one of 2 backwards, whose place is
+/// known roughly are good and not doubtful (`spatial_reconstruction.rs`).
+const MIN_COUNT: usize = 3;
+
 /// The mean of the first values, then an average in which older ones fade: the last one counts as in the mean of
 /// [`MIN_SAMPLE`].
 #[derive(Debug, Clone, Copy, Default)]
@@ -18,9 +22,9 @@ impl MovingAverage {
         self.mean += (value - self.mean) / self.count as f64;
     }
 
-    /// The average; `None` without values.
+    /// The average; `None` of fewer than three values.
     pub(super) fn average(&self) -> Option<f64> {
-        (self.count > 0).then_some(self.mean)
+        (self.count >= MIN_COUNT).then_some(self.mean)
     }
 }
 
@@ -32,9 +36,11 @@ mod tests {
     fn the_first_values_count_alike_and_later_ones_fade() {
         let mut average = MovingAverage::default();
         assert_eq!(average.average(), None);
-        for value in [1.0, 4.0, 1.0] {
+        for value in [1.0, 4.0] {
             average.push(value);
         }
+        assert_eq!(average.average(), None);
+        average.push(1.0);
         assert_eq!(average.average(), Some(2.0));
         for _ in 0..40 {
             average.push(5.0);

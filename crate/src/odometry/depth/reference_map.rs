@@ -17,7 +17,7 @@ pub(super) struct ReferenceMap {
 }
 
 impl ReferenceMap {
-    /// The average repeatability of normals; 1 before there are any frames.
+    /// The average repeatability of normals; 1 as long as there are too few frames.
     pub(super) fn expected_normal_repeatability(&self) -> f64 {
         self.normal_repeatability.average().unwrap_or(1.0)
     }
