@@ -36,7 +36,7 @@ pub struct Keyframes {
 }
 
 /// Smallest distance between two keyframes (m, two metres per radian).
-const KEYFRAME_SPACING: f64 = 0.3;
+pub(crate) const KEYFRAME_SPACING: f64 = 0.3;
 /// Largest distance at which a keyframe shares the view of a camera (m, two metres per radian).
 const MAX_VIEW_DISTANCE: f64 = 4.0;
 /// Largest number of keyframes that are compared with a camera.

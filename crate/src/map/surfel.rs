@@ -45,7 +45,7 @@ const MIN_SURFEL_SPACING: f64 = 0.025;
 /// Cosine between two normals below which surfels belong to different surfaces.
 const SAME_SURFACE_COSINE: f64 = 0.9;
 /// Distance along the normal above which surfels belong to different surfaces (m), beyond their own uncertainty.
-const SAME_SURFACE_DISTANCE: f64 = 0.03;
+pub(crate) const SAME_SURFACE_DISTANCE: f64 = 0.03;
 /// Smallest standard deviation of a surfel (m), since the errors of its frames' poses are correlated. With twice the value each
 /// frame of a long recording displaces the map; with half of it the errors of the first frames persist.
 const MIN_DEVIATION: f64 = 1e-3;

@@ -11,13 +11,13 @@
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
 use rustc_hash::FxHashMap;
 
-use super::chain::ERROR_RATIO;
 use super::color::CORRESPONDENCE_STRIDE;
 use super::evidence::FINE_TOLERANCE;
-use super::pose_hypothesis::PoseHypothesis;
+use super::pose_hypothesis::{ERROR_RATIO, PoseHypothesis};
 use super::prediction_gate::MAX_STEP;
 use super::reference_map::ReferenceMap;
 use crate::geometry::Pose3;
+use crate::geometry::pose_distance::METRES_PER_RADIAN;
 use crate::registration::factors::{Correspondence, Factor, PointToPlane};
 use crate::registration::target::Target;
 
@@ -92,8 +92,7 @@ impl ErrorPropagation {
         reference: &ReferenceMap,
         open: Option<Matrix3<f64>>,
     ) -> Matrix6<f64> {
-        let information = hypothesis.registration.information / ERROR_RATIO.powi(2) + unbounded(-2);
-        let noise = information.try_inverse().unwrap_or_else(|| unbounded(2));
+        let noise = covariance_of_error(&(hypothesis.registration.information / ERROR_RATIO.powi(2)));
         self.add(number, &normal_matrices(hypothesis, reference), &(noise + of_open(open)))
     }
 }
@@ -122,15 +121,20 @@ fn shares(normal_matrices: &FxHashMap<u32, Matrix6<f64>>) -> impl Iterator<Item 
 
 /// What the open covariance of a position (m^2) adds; `None` where nothing bounds it.
 fn of_open(open: Option<Matrix3<f64>>) -> Matrix6<f64> {
-    let Some(position) = open else { return unbounded(2) };
+    let Some(position) = open else { return of_pose_distance(MAX_STEP, 2) };
     let mut covariance = Matrix6::zeros();
     covariance.fixed_view_mut::<3, 3>(3, 3).copy_from(&position);
     covariance
 }
 
-/// A power of the standard deviations of what nothing bounds: a step in any direction, at two metres per radian.
-fn unbounded(power: i32) -> Matrix6<f64> {
-    let (r, t) = ((MAX_STEP / 2.0).powi(power), MAX_STEP.powi(power));
+/// The covariance of a pose's error by an information matrix; where that says nothing, a step in any direction.
+pub(crate) fn covariance_of_error(information: &Matrix6<f64>) -> Matrix6<f64> {
+    (information + of_pose_distance(MAX_STEP, -2)).try_inverse().unwrap_or_else(|| of_pose_distance(MAX_STEP, 2))
+}
+
+/// A power of standard deviations that are the same distance (m, two metres per radian) along and about all axes.
+pub(crate) fn of_pose_distance(distance: f64, power: i32) -> Matrix6<f64> {
+    let (r, t) = ((distance / METRES_PER_RADIAN).powi(power), distance.powi(power));
     Matrix6::from_diagonal(&Vector6::new(r, r, r, t, t, t))
 }
 

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::reference_map::ReferenceMap;
 use crate::geometry::Pose3;
 use crate::geometry::rotation::rotation_and_translation;
+use crate::map::surfel::SAME_SURFACE_DISTANCE;
 use crate::odometry::assessment::Limits;
 use crate::registration::free_space::{DepthNoise, FreeSpaceTally, FreeSpaceTest};
 use crate::registration::prepared_surfels::SurfelCloud;
@@ -12,8 +13,8 @@ use crate::registration::projective::{PointBatch, ProjectiveTarget};
 
 /// Distance along the normal up to which surfaces agree for an initial pose (m).
 pub(super) const ROUGH_TOLERANCE: f64 = 0.1;
-/// The same for a refined pose (m).
-pub(crate) const FINE_TOLERANCE: f64 = 0.03;
+/// The same for a refined pose (m), as of surfels that are one surface of the map.
+pub(crate) const FINE_TOLERANCE: f64 = SAME_SURFACE_DISTANCE;
 /// Cosine between the normals of two surfaces above which they can agree.
 const AGREEING_COSINE: f64 = 0.8;
 /// Points of the first score of a pose: hundreds to thousands of poses are scored.
@@ -22,6 +23,11 @@ pub(super) const NUM_SCORED_POINTS: usize = 80;
 const CONTRADICTION_WEIGHT: f64 = 2.0;
 /// Difference in agreement (0..=1) by which one position is told from another.
 pub(crate) const MIN_AGREEMENT_DIFFERENCE: f64 = 0.01;
+/// Photometric correlation (-1..=1) below which the light or the place differs.
+pub(super) const MIN_NCC: f64 = 0.6;
+/// The best position is distinct from another if it leaves less unexplained (1 - correlation) by this factor: images of one place
+/// seldom differ as much.
+const UNEXPLAINED_RATIO: f64 = 3.0;
 /// A frame that hardly overlaps the map is lost. On recordings with up to three of four frames left out, correct registrations
 /// agree by 0.95 to 1, and those that are off by half a metre mostly by less than 0.9. A doubtful frame is not added to the map.
 pub(crate) const LIMITS: Limits =
@@ -134,4 +140,14 @@ pub(super) fn score_within(
 ) -> f64 {
     let counts = view.tally(point_batch, T_world_camera, tolerance, AGREEING_COSINE as f32);
     (counts.agreeing as f64 - counts.in_free_space as f64) / point_batch.len().max(1) as f64
+}
+
+/// Whether a photometric correlation tells a place from others.
+pub(super) fn is_same_place(ncc: f64) -> bool {
+    is_distinct(ncc, MIN_NCC)
+}
+
+/// Whether a correlation distinguishes a position from another one with a correlation nearly as high.
+pub(super) fn is_distinct(ncc: f64, other_ncc: f64) -> bool {
+    1.0 - other_ncc > UNEXPLAINED_RATIO * (1.0 - ncc)
 }

@@ -7,9 +7,11 @@ use nalgebra::{Isometry3, Vector3};
 use super::evidence::MIN_AGREEMENT_DIFFERENCE;
 use super::prediction_gate::MAX_STEP;
 use crate::geometry::Pose3;
+use crate::map::keyframes::KEYFRAME_SPACING;
 
-/// Translation (m) up to which two hypotheses converge to the same pose; few repetitive structures have a period as short; ...
-pub(super) const CONVERGING_DISTANCE: f64 = 0.3;
+/// Translation (m) up to which two hypotheses converge to the same pose, as from one keyframe to the next; few repetitive structures
+/// have a period as short; ...
+pub(super) const CONVERGING_DISTANCE: f64 = KEYFRAME_SPACING;
 /// ... and rotation (rad).
 const SAME_HYPOTHESIS_ROTATION: f64 = 0.1;
 /// Support subtracted per metre and radian beyond the reach of the search all around.

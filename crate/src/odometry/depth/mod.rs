@@ -32,6 +32,7 @@ mod textured_frame;
 mod unregistered_frames;
 
 pub use self::chain::{UnresolvedFrame, UnresolvedFrames};
+pub(crate) use self::error_propagation::{covariance_of_error, of_pose_distance};
 pub use self::estimate::{PoseUpdate, SpatialEstimate};
 pub(crate) use self::evidence::{ComparedSurfaces, FINE_TOLERANCE, LIMITS, MIN_AGREEMENT_DIFFERENCE};
 pub(crate) use self::frame_matcher::{fine_options, middle_options};

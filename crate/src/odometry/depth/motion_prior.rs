@@ -10,16 +10,15 @@ use std::collections::VecDeque;
 use nalgebra::{Vector3, Vector6};
 
 use super::evidence::FINE_TOLERANCE;
-use super::moving_average::MIN_SAMPLES;
+use super::prediction_gate::MAX_STEP;
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::METRES_PER_RADIAN;
+use crate::geometry::quantile::MIN_SAMPLE;
 
 /// The latest motions that are stored. With half as many, d435_robot of 424 x 240 pixels has 30 doubtful frames (17).
 const MAX_MOTIONS: usize = 64;
 /// Largest ratio of a motion to the largest one before it.
 const FASTER: f64 = 2.0;
-/// Smallest sum of kernel weights for which the motion prior is used.
-const MIN_KERNEL_WEIGHT: f64 = 0.5;
 
 /// The latest motions between consecutive frames with certain poses, in the camera's frame.
 #[derive(Clone, Default)]
@@ -57,11 +56,11 @@ impl MotionPrior {
 
     fn largest_in(&self, num_steps: u32, size: impl Fn(&Vector6<f64>) -> f64) -> Option<f64> {
         let largest = || self.motions.iter().map(size).fold(0.0, f64::max);
-        (self.motions.len() >= MIN_SAMPLES).then(|| f64::from(num_steps) * FASTER * largest())
+        (self.motions.len() >= MIN_SAMPLE).then(|| f64::from(num_steps) * FASTER * largest())
     }
 
     /// The translation along a `direction` (unit vector in the camera's frame), predicted from earlier motions that agree with
-    /// this one in everything else; `None` where too few do.
+    /// this one in everything else; `None` where these leave it as open as the largest step.
     pub(super) fn predict(&self, motion: &Pose3, direction: &Vector3<f64>) -> Option<PredictedMotion> {
         let motion = twist(motion);
         let along = |motion: &Vector6<f64>| motion.fixed_rows::<3>(3).dot(direction);
@@ -72,7 +71,7 @@ impl MotionPrior {
         };
         let weighted: Vec<(f64, f64)> = self.motions.iter().map(weighted).collect();
         let weight: f64 = weighted.iter().map(|(weight, _)| weight).sum();
-        if weight < MIN_KERNEL_WEIGHT {
+        if FINE_TOLERANCE * FINE_TOLERANCE > MAX_STEP * MAX_STEP * weight {
             return None;
         }
         let mean = weighted.iter().map(|(weight, along)| weight * along).sum::<f64>() / weight;

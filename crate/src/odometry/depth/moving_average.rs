@@ -1,23 +1,24 @@
 //! The moving average of what a chain's frames have in common.
 
-/// As many frames tell what is usual in a recording.
-pub(super) const MIN_SAMPLES: usize = 5;
-/// Number of values from which the average is used.
+use crate::geometry::quantile::MIN_SAMPLE;
+
+/// Number of values from which the average is used. From the first one on, two frames of kinect_pioneer, one of 2 backwards, whose place is
+/// known roughly are good and not doubtful (`spatial_reconstruction.rs`).
 const MIN_COUNT: usize = 3;
 
 /// The mean of the first values, then an average in which older ones fade: the last one counts as in the mean of
-/// [`MIN_SAMPLES`].
+/// [`MIN_SAMPLE`].
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct MovingAverage {
     mean: f64,
-    /// Number of values, at most [`MIN_SAMPLES`].
+    /// Number of values, at most [`MIN_SAMPLE`].
     count: usize,
 }
 
 impl MovingAverage {
     /// Adds a value.
     pub(super) fn push(&mut self, value: f64) {
-        self.count = MIN_SAMPLES.min(self.count + 1);
+        self.count = MIN_SAMPLE.min(self.count + 1);
         self.mean += (value - self.mean) / self.count as f64;
     }
 

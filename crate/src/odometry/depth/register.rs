@@ -1,10 +1,10 @@
 //! The registration of a frame's proposals: the one with the best evidence is returned.
 
-use super::color::{DistinctOffset, MIN_NCC, is_distinct};
-use super::evidence::MIN_AGREEMENT_DIFFERENCE;
+use super::color::DistinctOffset;
+use super::evidence::{MIN_AGREEMENT_DIFFERENCE, MIN_NCC, is_distinct, is_same_place};
 use super::frame_matcher::{FrameMatcher, middle_options};
 use super::hypotheses::{SAME_POSE_DISTANCE, best_distinct};
-use super::pose_hypothesis::{PoseHypothesis, SAME_PLACE_NCC};
+use super::pose_hypothesis::PoseHypothesis;
 use super::propose::{NUM_REFINED, Proposals};
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::pose_distance;
@@ -66,7 +66,7 @@ impl FrameMatcher<'_> {
         };
         best.photometric_ncc = self.photometric_ncc(textured, best.T_world_sensor());
         let best_ncc = best.photometric_ncc.unwrap_or(0.0);
-        if !best.is_degenerate() && best.photometric_ncc.is_none_or(|ncc| ncc > SAME_PLACE_NCC) {
+        if !best.is_degenerate() && best.photometric_ncc.is_none_or(is_same_place) {
             return best;
         }
         if !best.is_degenerate() {

@@ -4,8 +4,7 @@
 
 use nalgebra::Vector3;
 
-use super::color::is_distinct;
-use super::evidence::{MIN_AGREEMENT_DIFFERENCE, NUM_SCORED_POINTS, score};
+use super::evidence::{MIN_AGREEMENT_DIFFERENCE, NUM_SCORED_POINTS, is_distinct, score};
 use super::frame_matcher::{FrameMatcher, middle_options, rough_options};
 use super::hypotheses::{GRID_STEP, MIN_DISTANCE, best_apart, grid_around};
 use super::pose_hypothesis::PoseHypothesis;

@@ -12,24 +12,22 @@ mod nodes;
 mod stored_surfaces;
 mod submap;
 
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::Matrix6;
 use serde::Serialize;
 
 use self::nodes::{MAX_SUBMAP_FRAMES, Node, Nodes, SUBMAP_HALF_LENGTH};
 use self::stored_surfaces::StoredSurfaces;
 use self::submap::{FrameSurfaces, SubmapRegistration};
 use crate::geometry::pose_distance::pose_distance;
+use crate::geometry::quantile::THREE_SIGMA;
 use crate::geometry::{Pose3, RigidMotion};
 use crate::graph::pose_graph::{BetweenFactor, SpatialFactor, optimize_poses};
-use crate::odometry::depth::{FINE_TOLERANCE, MIN_AGREEMENT_DIFFERENCE, SpatialEstimate};
+use crate::odometry::depth::{
+    FINE_TOLERANCE, MIN_AGREEMENT_DIFFERENCE, SpatialEstimate, covariance_of_error, of_pose_distance,
+};
 use crate::odometry::planar::information::seen_from;
 use crate::registration::prepared_surfels::PreparedSurfels;
 use crate::registration::solver::Motion;
-
-/// Smallest standard deviation of a registration (rad, m), ...
-const MIN_SIGMA: (f64, f64) = (2e-3, 5e-3);
-/// ... and the standard deviation without any measurement.
-const UNKNOWN_SIGMA: (f64, f64) = (0.3, 0.5);
 
 /// The loops that have been closed.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
@@ -68,7 +66,7 @@ pub struct SpatialLoops {
     /// Node of the last detection.
     last_detection: usize,
     /// The gap found by the last registration to an earlier visit of the place that is being revisited (a motion of the world).
-    /// Another registration must confirm it: of a later detection, or of the same detection to another visit.
+    /// A later detection must confirm it.
     unconfirmed_gap: Option<Pose3>,
     /// Whether a gap has been confirmed since the last closure.
     has_open_loop: bool,
@@ -105,7 +103,7 @@ impl SpatialLoops {
         };
         let (T_last, T_last_local, is_next) = (last.T_world_camera, last.T_world_local, last.frame + 1 == number);
         let here = self.nodes.len();
-        let is_revisit = !self.nodes.revisited(here, &T_world_camera, last.path_length).is_empty();
+        let is_revisit = self.nodes.revisited(here, &T_world_camera, last.path_length).is_some();
         // In a revisited place the motion by the map is partly the pull towards the old surfaces.
         let motion = T_last.inverse() * T_world_camera;
         let local = (is_next && is_revisit).then(|| self.register_to_recent(&surfaces, &motion)).flatten();
@@ -154,31 +152,25 @@ impl SpatialLoops {
         self.nodes.submap(self.nodes.recent(), last, local).register_finely(frame, *guess)
     }
 
-    /// Registers a node to the submaps of earlier visits.
+    /// Registers a node to the submap of an earlier visit.
     fn detect(&mut self, node: usize) {
         let Node { T_world_camera, path_length, .. } = self.nodes.all[node];
         let Some(surfaces) = self.nodes.all[node].surfaces.as_ref().map(StoredSurfaces::surfaces) else {
             return;
         };
-        let visits = self.nodes.revisited(node, &T_world_camera, path_length);
-        if visits.is_empty() {
-            return;
-        }
+        let Some(visit) = self.nodes.revisited(node, &T_world_camera, path_length) else { return };
         self.last_detection = node;
-        for visit in visits {
-            let T_visit_world = self.nodes.all[visit].T_world_camera.inverse();
-            let global = |node: usize| self.nodes.all[node].T_world_camera;
-            let submap = self.nodes.submap(self.nodes.around(visit), visit, global);
-            let guess = T_visit_world * T_world_camera;
-            let Some(found) = submap.register_coarse_to_fine(&surfaces, &guess) else { continue };
-            self.compare_with_recent(node, &(T_visit_world.inverse() * found.T_submap_camera));
-            let found = between_factor(visit, node, found.T_submap_camera, &found.information);
-            self.loops.push(BetweenFactor { is_switchable: true, ..found });
-        }
+        let T_visit_world = self.nodes.all[visit].T_world_camera.inverse();
+        let global = |node: usize| self.nodes.all[node].T_world_camera;
+        let submap = self.nodes.submap(self.nodes.around(visit), visit, global);
+        let guess = T_visit_world * T_world_camera;
+        let Some(found) = submap.register_coarse_to_fine(&surfaces, &guess) else { return };
+        self.compare_with_recent(node, &(T_visit_world.inverse() * found.T_submap_camera));
+        let found = between_factor(visit, node, found.T_submap_camera, &found.information);
+        self.loops.push(BetweenFactor { is_switchable: true, ..found });
     }
 
-    /// Compares a node's pose by an earlier visit with its pose by the recent frames. Two equal gaps in a row open a loop, whether
-    /// of two detections or of one detection's registrations to two visits.
+    /// Compares a node's pose by an earlier visit with its pose by the recent frames. Two equal gaps in a row open a loop.
     fn compare_with_recent(&mut self, node: usize, T_world_found: &Pose3) {
         let T_world_local = self.nodes.all[node].T_world_local;
         if has_gap(T_world_found, &T_world_local) {
@@ -260,15 +252,10 @@ fn has_gap(a: &Pose3, b: &Pose3) -> bool {
     pose_distance(a, b) > FINE_TOLERANCE
 }
 
-/// A factor with the information of a measurement, with a standard deviation between [`MIN_SIGMA`] and [`UNKNOWN_SIGMA`].
+/// A factor of a registration with this information. Its error is no less than that of all registrations: three standard deviations
+/// are a gap.
 pub(super) fn between_factor(from: usize, to: usize, T_from_to: Pose3, information: &Matrix6<f64>) -> SpatialFactor {
-    let diagonal = |(rotation, translation): (f64, f64), power: i32| {
-        let of = |sigma: f64| sigma.powi(power);
-        let (r, t) = (of(rotation), of(translation));
-        Matrix6::from_diagonal(&Vector6::new(r, r, r, t, t, t))
-    };
-    let unknown = || diagonal(UNKNOWN_SIGMA, -2);
-    let covariance = (information + unknown()).try_inverse().unwrap_or_else(|| diagonal(UNKNOWN_SIGMA, 2));
-    let information = (covariance + diagonal(MIN_SIGMA, 2)).try_inverse().unwrap_or_else(unknown);
+    let (covariance, smallest) = (covariance_of_error(information), FINE_TOLERANCE / THREE_SIGMA);
+    let information = (covariance + of_pose_distance(smallest, 2)).try_inverse().unwrap_or_else(Matrix6::zeros);
     BetweenFactor { from, to, T_from_to, information, is_switchable: false }
 }

@@ -16,8 +16,6 @@ pub(super) const SUBMAP_HALF_LENGTH: f64 = 2.0;
 /// Largest number of frames in a submap of recent frames, as of keyframes that a camera is compared with; a submap around a node has the
 /// node besides.
 pub(super) const MAX_SUBMAP_FRAMES: usize = MAX_NEARBY;
-/// Largest number of submaps that a frame is registered to in one detection.
-const MAX_SUBMAPS: usize = 2;
 /// Memory above which the stored surfaces are thinned (bytes).
 pub(super) const MAX_BYTES: usize = 64 << 20;
 
@@ -88,8 +86,8 @@ impl Nodes {
         num_stored
     }
 
-    /// Nodes that may share their view with a camera at this pose after a loop, nearest first, each from another visit.
-    pub(super) fn revisited(&self, before: usize, T_world_camera: &Pose3, path_length: f64) -> Vec<usize> {
+    /// The nearest node that may share its view with a camera at this pose after a loop.
+    pub(super) fn revisited(&self, before: usize, T_world_camera: &Pose3, path_length: f64) -> Option<usize> {
         let near = self.all[..before].iter().enumerate().filter_map(|(index, node)| {
             // A loop is longer than two submaps.
             if path_length - node.path_length <= 4.0 * SUBMAP_HALF_LENGTH || node.surfaces.is_none() {
@@ -97,18 +95,7 @@ impl Nodes {
             }
             Some((apart_within(&node.T_world_camera, T_world_camera, MAX_REVISIT_DISTANCE)?, index))
         });
-        let mut near: Vec<(f64, usize)> = near.collect();
-        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let mut chosen: Vec<usize> = Vec::new();
-        for (_, index) in near {
-            let is_another_visit = |other: &usize| {
-                (self.all[*other].path_length - self.all[index].path_length).abs() > 2.0 * SUBMAP_HALF_LENGTH
-            };
-            if chosen.len() < MAX_SUBMAPS && chosen.iter().all(is_another_visit) {
-                chosen.push(index);
-            }
-        }
-        chosen
+        near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, index)| index)
     }
 
     /// The recent nodes.

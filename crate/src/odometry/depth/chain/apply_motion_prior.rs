@@ -4,17 +4,10 @@ use super::super::evidence::MIN_AGREEMENT_DIFFERENCE;
 use super::super::frame_matcher::FrameMatcher;
 use super::super::hypotheses::translated;
 use super::super::motion_prior::PredictedMotion;
-use super::super::pose_hypothesis::PoseHypothesis;
+use super::super::pose_hypothesis::{ERROR_RATIO, PoseHypothesis};
 use super::Chain;
+use crate::geometry::quantile::THREE_SIGMA;
 use crate::registration::degeneracy::DegenerateDirection;
-
-/// Ratio of a pose's actual error to the standard deviation from its residuals, as if these were independent: those of one patch of
-/// a surface are alike, and in frames that follow each other. Root mean square along the least constrained direction in generated flats, where
-/// surfaces constrain it; of rendered cameras of four kinds, see docs/measurements/depth_ablations.md.
-pub(in super::super) const ERROR_RATIO: f64 = 10.0;
-/// Largest difference from the motion prior (standard deviations) for which it is applied: a larger one means an unusual
-/// motion, as after a dropped frame.
-const MAX_PRIOR_SIGMAS: f64 = 3.0;
 
 impl Chain {
     /// Moves a pose towards the motion prior along the direction that is least constrained, by the two variances. The result
@@ -71,8 +64,8 @@ impl Posterior {
     /// Of a motion along the direction (m) that is known with a standard deviation of `sigma` (m); `None` where the prior is incompatible.
     fn of(along: f64, sigma: f64, predicted: &PredictedMotion) -> Option<Self> {
         let (difference, variance) = (predicted.along - along, sigma * sigma);
-        let is_unusual =
-            difference * difference > MAX_PRIOR_SIGMAS * MAX_PRIOR_SIGMAS * (predicted.variance + variance);
+        // As after a dropped frame.
+        let is_unusual = difference.abs() > THREE_SIGMA * (predicted.variance + variance).sqrt();
         let weight = 1.0 / (1.0 + predicted.variance / variance);
         let offset = weight * difference;
         (!is_unusual).then(|| Self { offset, sigma: (weight * predicted.variance).sqrt().hypot(offset) })

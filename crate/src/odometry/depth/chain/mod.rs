@@ -13,7 +13,6 @@ mod track;
 use nalgebra::{Matrix3, Matrix6};
 
 use self::accept::Branch;
-pub(super) use self::apply_motion_prior::ERROR_RATIO;
 use self::assess::Decision;
 pub(super) use self::assess::Proposal;
 pub use self::certainty::{UnresolvedFrame, UnresolvedFrames};

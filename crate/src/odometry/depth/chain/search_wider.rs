@@ -7,30 +7,38 @@ use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
 use super::Chain;
 
-/// Number of frames over which the searches are spread.
-const NUM_SEARCHES: u32 = 3;
+/// A search, each wider than the one before it.
+#[derive(Clone, Copy, PartialEq)]
+enum WiderSearch {
+    AllAround,
+    Anywhere,
+    NearKeyframes,
+}
+
+/// In a video, that of a frame by how many before it were rejected.
+const IN_TURN: [WiderSearch; 3] = [WiderSearch::AllAround, WiderSearch::Anywhere, WiderSearch::NearKeyframes];
 
 impl Chain {
     /// The best pose all around the last one where that is distinctly better than the best pose `near` the prediction; where
     /// the evidence contradicts both, one farther away or near a keyframe.
     pub(in super::super) fn search_wider(&self, matcher: &FrameMatcher<'_>, near: PoseHypothesis) -> PoseHypothesis {
         let T_world_last = &self.last.T_world_sensor;
-        let is_video = self.stays_near(NUM_SEARCHES);
-        let is_turn_of = |search: u32| !is_video || self.num_rejected % NUM_SEARCHES == search;
+        let is_video = self.stays_near(IN_TURN.len() as u32);
+        let is_turn_of = |search| !is_video || IN_TURN[self.num_rejected as usize % IN_TURN.len()] == search;
         let mut best = near;
-        if is_turn_of(0) || !best.is_contradicted() {
+        if is_turn_of(WiderSearch::AllAround) || !best.is_contradicted() {
             best = better_of(best, matcher.best_of(matcher.propose_all_around(T_world_last)));
             if !best.is_contradicted() {
                 return self.apply_motion_prior(matcher, best);
             }
         }
-        if is_turn_of(1) {
+        if is_turn_of(WiderSearch::Anywhere) {
             let farther = matcher.best_of(matcher.propose_anywhere(T_world_last));
             if self.is_accepted(&farther) {
                 return farther;
             }
         }
-        let near_keyframe = is_turn_of(2).then(|| matcher.best_near_keyframes()).flatten();
+        let near_keyframe = is_turn_of(WiderSearch::NearKeyframes).then(|| matcher.best_near_keyframes()).flatten();
         near_keyframe.unwrap_or(best)
     }
 }
