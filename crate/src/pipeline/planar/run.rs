@@ -353,7 +353,8 @@ impl Run {
         let T_before_robot = T_before_laser * self.T_laser_robot[frame];
         let R_map_before = (self.map_edits.R_map_run() * self.poses[before]).rotation.to_rotation_matrix();
         let position = R_map_before * position_covariance(&T_before_robot, &covariance) * R_map_before.transpose();
-        let [theta, x, y] = [covariance[(0, 0)], position[(0, 0)], position[(1, 1)]].map(f64::sqrt);
+        let [theta, x, y] =
+            [covariance[(0, 0)], position[(0, 0)], position[(1, 1)]].map(|variance: f64| variance.max(0.0).sqrt());
         Some(PlanarPose { x, y, theta })
     }
 

@@ -79,7 +79,7 @@ impl LoopClosure {
     /// Wide windows take long to search: those that are the likeliest for what they cost first, as many as a share of what is
     /// left to spend allows.
     fn affordable(&mut self, pairs: &[(f64, Pair)]) -> Vec<Pair> {
-        let most = self.spent + (SEARCH_BUDGET * self.keyframes.len() as f64 - self.spent) * ROUND_SHARE;
+        let most = self.spent + (SEARCH_BUDGET * self.links.len() as f64 - self.spent) * ROUND_SHARE;
         let mut affordable = Vec::new();
         for index in ascending(pairs.iter().map(|(likelihood, pair)| search_cost(pair.window) / likelihood)) {
             let pair = pairs[index].1;
