@@ -341,7 +341,7 @@ impl Run {
             let piece = self.pieces[label.index];
             let R_map_run = self.map_edits.R_map_run();
             let std = self.deviation(label.index);
-            FrameResult { piece, std, ..FrameResult::of_scan(label, *cleaning, estimate, pose, &R_map_run) }
+            FrameResult { std, piece, ..FrameResult::of_scan(label, *cleaning, estimate, pose, &R_map_run) }
         })
     }
 
