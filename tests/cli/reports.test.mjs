@@ -11,7 +11,7 @@ import { DATA, moved, scanstitch, skipWithoutData as skip, temporaryFolder, writ
 const REPORTS = join(DATA, 'reports');
 
 /** @typedef {{ x: number, y: number, z: number, theta: number, qx: number, qy: number, qz: number, qw: number }} Pose */
-/** @typedef {{ name: string, status: string, T_world_sensor: Pose }} Frame */
+/** @typedef {{ name: string, index: number, status: string, T_world_sensor: Pose, std: { x: number, y: number, theta: number } }} Frame */
 /** @typedef {{ status: number, said: string, out: string, report: any, frames: Frame[] }} Outcome */
 
 /** @param {import('node:test').TestContext} t @param {string[]} args paths from the folder of the reports, and options @returns {Promise<Outcome>} */
