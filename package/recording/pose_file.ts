@@ -44,6 +44,24 @@ function lines(rows: number[][]) {
   return rows.map((row) => `${row.join(' ')}\n`).join('');
 }
 
+/** Whether a structured file holds one pose, as those have that are one a frame. */
+export function holdsOnePose(bytes: Uint8Array) {
+  return poseOfFrame(new TextDecoder().decode(bytes)) !== null;
+}
+
+/** The line of a structured text with one pose; null where it is none. */
+function poseOfFrame(text: string) {
+  const tree = readDocument(text);
+  const [only, ...others] = typeof tree === 'object' && tree !== null ? matricesOf(tree) : [];
+  return only && others.length === 0 ? lines([only.matrix]) : null;
+}
+
+/** Files with one pose each, joined to one that the engine reads. */
+export function joinPoses(files: readonly Uint8Array[]) {
+  const texts = files.map((bytes) => new TextDecoder().decode(bytes)).map((text) => poseOfFrame(text) ?? text);
+  return new TextEncoder().encode(`${texts.map((text) => text.trim()).join('\n')}\n`);
+}
+
 /** The bytes of a trajectory as the engine takes them: those of structured files are rewritten. */
 export function trajectoryBytes(path: string, written: Uint8Array) {
   const bytes = inUtf8(written);
@@ -88,7 +106,7 @@ function ofArKit(bytes: Uint8Array) {
 function matricesOf(tree: object): NamedMatrix[] {
   const found: NamedMatrix[] = [];
   const visit = (value: unknown, name: string, isInverse: boolean) => {
-    const matrix = matrixOf(value);
+    const matrix = matrixOf(value) ?? matrixOfFields(value);
     if (matrix) {
       found.push({ name, matrix: isInverse ? inverted(matrix) : matrix });
       return;
@@ -126,6 +144,25 @@ function matrixOf(value: unknown): number[] | null {
   return isLast(turned.slice(12)) && isRotation(turned) ? [...turned.slice(0, 12), 0, 0, 0, 1] : null;
 }
 
+/**
+ * The pose whose numbers are fields of their own: `t_00` to `t_23` as Polycam writes its rows, or BOP's rotation and translation (mm) of
+ * the world in the camera. Null: it has none.
+ */
+function matrixOfFields(value: unknown): number[] | null {
+  if (typeof value !== 'object' || value === null) return null;
+  const fields = value as Record<string, unknown>;
+  const rows = [0, 1, 2].map((row) => [0, 1, 2, 3].map((column) => fields[`t_${row}${column}`]));
+  const named = matrixOf(rows.flat());
+  const { cam_R_w2c: rotation, cam_t_w2c: translation } = fields;
+  if (named || !isOf(9, rotation) || !isOf(3, translation)) return named;
+  const inCamera = matrixOf(translation.map((t, row) => [...rotation.slice(3 * row, 3 * row + 3), t / 1000]));
+  return inCamera && inverted(inCamera);
+}
+
+function isOf(count: number, list: unknown): list is number[] {
+  return Array.isArray(list) && list.length === count && list.every((number) => typeof number === 'number');
+}
+
 /** Whether the rows have length 1, about: a camera's matrix has not. */
 function isRotation(matrix: number[]) {
   return [0, 4, 8].every((row) => Math.abs(Math.hypot(...matrix.slice(row, row + 3)) - 1) < 0.01);
@@ -138,14 +175,14 @@ function isRotation(matrix: number[]) {
  */
 function quaternionRows(tree: unknown): number[][] | null {
   if (typeof tree !== 'object' || tree === null) return null;
-  if (Array.isArray(tree) && tree.length >= MIN_POSES && tree.every(isSeven)) {
+  if (Array.isArray(tree) && tree.length >= MIN_POSES && tree.every((row) => isOf(7, row))) {
     const starts = [0, 3].filter((start) =>
       tree.every((row) => Math.abs(Math.hypot(...row.slice(start, start + 4)) - 1) < 0.01),
     );
     const [start] = starts;
     if (start === undefined) return null;
     return tree.map((row) => {
-      const [x, y, z, w] = row.slice(start, start + 4);
+      const [x = 0, y = 0, z = 0, w = 1] = row.slice(start, start + 4);
       const position = start === 0 ? row.slice(4) : row.slice(0, 3);
       return [...position, w, x, y, z];
     });
@@ -186,8 +223,4 @@ function objectRows(tree: object): number[][] | null {
   return rows.map(({ time, position, orientation: [x = 0, y = 0, z = 0, w = 1] }) =>
     areTimed ? [time ?? 0, ...position, x, y, z, w] : [...position, w, x, y, z],
   );
-}
-
-function isSeven(row: unknown) {
-  return Array.isArray(row) && row.length === 7 && row.every((number) => typeof number === 'number');
 }

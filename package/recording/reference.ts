@@ -6,7 +6,7 @@ import { baseOf, commonFolder, depthOf, folderOf, isNear, seriesOf, wordsOf } fr
 import type { ListedFile } from '../files/recording.js';
 import { type Frames, rankOfCamera, type Read } from './cameras.js';
 import { isListName } from './lists.js';
-import { isPoseDocument, MAX_POSE_DOCUMENT_BYTES, posesOfDocument } from './pose_file.js';
+import { holdsOnePose, isPoseDocument, MAX_POSE_DOCUMENT_BYTES, posesOfDocument } from './pose_file.js';
 
 type Candidate = { paths: string[]; likelihood: number; fits: number; closeness: number };
 
@@ -44,7 +44,7 @@ export async function findReference(
   const near = files.filter(
     ({ path }) => TRAJECTORY_NAMES.test(path) && (isNear(folderOf(path), frames) || isBeside(folderOf(path))),
   );
-  const { candidate: perFrame, aside } = posesPerFrame(near, frames);
+  const { candidate: perFrame, aside } = await posesPerFrame(near, frames, read);
   const inSeries = new Set([...(perFrame?.paths ?? []), ...aside.flatMap(({ paths }) => paths)]);
   const candidates: Candidate[] = perFrame ? [perFrame] : [];
   for (const { path, size } of near) {
@@ -100,11 +100,12 @@ function isShifted(members: readonly { key: string }[], keys: readonly string[])
 }
 
 /** Files with one pose each, numbered as the frames are; with gaps they are of no use. */
-function posesPerFrame(files: readonly ListedFile[], { root, keys }: Frames) {
+async function posesPerFrame(files: readonly ListedFile[], { root, keys }: Frames, read: Read) {
   const candidates: Candidate[] = [];
   const aside: { paths: string[]; note: Note }[] = [];
   for (const { folder, members } of keys.length < 2 ? [] : seriesOf(files)) {
-    const likely = likelihood(members[0]?.path ?? '') || likelihood(folder);
+    const [first = ''] = members.map(({ path }) => path);
+    const likely = likelihood(first) || likelihood(folder) || (await likelihoodWithin(first, members.length, read));
     const pathOf = new Map(members.map(({ key, path }) => [key, path]));
     const paths = keys.flatMap((key) => pathOf.get(key) ?? []);
     if (likely > 0 && isShifted(members, keys)) {
@@ -129,6 +130,13 @@ function posesPerFrame(files: readonly ListedFile[], { root, keys }: Frames) {
     }
   }
   return { candidate: candidates.sort((a, b) => b.likelihood - a.likelihood)[0] ?? null, aside };
+}
+
+/** Where names tell nothing: phones write the pose of a frame beside its camera. */
+async function likelihoodWithin(first: string, count: number, read: Read) {
+  if (!isPoseDocument(first) || count < 2) return 0;
+  const bytes = await read(first, MAX_POSE_DOCUMENT_BYTES);
+  return bytes && holdsOnePose(bytes) ? likelihood('pose') : 0;
 }
 
 /** isFull: with their rotation */

@@ -97,12 +97,6 @@ async function findDepth(files: ListedFile[], peek: Peek): Promise<DepthImages> 
   return findDepthRecordings(files, peek);
 }
 
-/** A reference that is one file for each frame, as one text: what the engine takes. */
-export function joinPoses(files: readonly Uint8Array[]) {
-  const texts = files.map((bytes) => new TextDecoder().decode(bytes).trim());
-  return new TextEncoder().encode(`${texts.join('\n')}\n`);
-}
-
 function isCloud({ path, isCloud }: ListedFile) {
   return isCloud === true || isCloudName(path);
 }

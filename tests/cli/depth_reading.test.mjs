@@ -197,6 +197,25 @@ test('colours of another size in every frame are one note', async (t) => {
   );
 });
 
+test('colours of more pixels of the same view, as phones have them, are reduced to the depth', async (t) => {
+  const files = { ...FILES };
+  for (const [index, view] of WALK.entries())
+    files[`rgb/${index + 1}.png`] = colourPng(see(view, 384, 384).colours, 384);
+  const { status, stderr, result } = await reconstruct(t, files);
+  const note =
+    /^note: depth\/1\.png: .*rgb\/1\.png \(and 5 other frames\): it has more pixels than the depth image and is reduced to its 192 x 192/m;
+  assert.match(stderr, note);
+  assert.doesNotMatch(stderr, /left out|not registered/);
+  const own = await reconstruct(t, FILES);
+  assert.equal(status, own.status);
+  const placesOf = (/** @type {typeof result} */ one) =>
+    one?.frames.map(({ T_world_sensor: { x, y, z } }) => [x, y, z]).flat() ?? [];
+  const [places, expected] = [placesOf(result), placesOf(own.result)];
+  assert.deepEqual([places.length, expected.length], [3 * WALK.length, 3 * WALK.length]);
+  for (const [at, value] of places.entries())
+    assert.ok(Math.abs(value - (expected[at] ?? 9)) < 0.002, `${at}: ${value}`);
+});
+
 test('a wrong scale by hand: what would make it fit the ground truth is offered, and the estimate stays', async (t) => {
   const files = depthFiles((depth) => greyPng(depth));
   const { stdout, result } = await reconstruct(t, files, ['--set', 'depth_scale=200', '--set', 'max_range=50']);

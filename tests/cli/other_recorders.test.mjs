@@ -10,7 +10,7 @@ import { scanReader } from '../../npm/formats/scan_messages.js';
 import { isSickBinary, readSickBinary } from '../../npm/formats/sick.js';
 import { cameraFor } from '../../npm/recording/camera_file.js';
 import { understand } from '../../npm/recording/understand.js';
-import { trajectoryBytes } from '../../npm/recording/pose_file.js';
+import { joinPoses, trajectoryBytes } from '../../npm/recording/pose_file.js';
 import { recordingsOf } from '../../npm/bag/bag_recordings.js';
 import { listOne, mcapBytes } from './bag_files.mjs';
 import { CdrWriter, stampAt } from './bag_messages.mjs';
@@ -134,6 +134,48 @@ test("ARKitScenes: a camera a frame, and the world's motion in the camera as axi
   assert.deepEqual((rows[1] ?? '').split(' ').slice(1).map(Number), [-1, -2, -3, 0, 0, 0, 1]);
   const quaternions = encode('98.7 1 2 0 0 0 1\n');
   assert.equal(trajectoryBytes('lowres_wide.traj', quaternions), quaternions);
+});
+
+test('Polycam: the pose of each frame stands beside its camera, in fields of its own', async () => {
+  const pose = (/** @type {number} */ x) => ({ t_00: 0, t_01: -1, t_02: 0, t_03: x, t_10: 1, t_11: 0, t_12: 0, t_13: 2, t_20: 0, t_21: 0, t_22: 1, t_23: 3 }); // prettier-ignore
+  const camera = (/** @type {number} */ i) =>
+    JSON.stringify({ fx: 750, fy: 750, cx: 512, cy: 384, width: 1024, height: 768, timestamp: i, ...pose(i) });
+  const numbers = count(5, 7);
+  const recording = await understandAll({
+    ...many(numbers, (i) => `keyframes/depth/${i}0317.png`, DEPTH16),
+    ...many(numbers, (i) => `keyframes/images/${i}0317.jpg`, JPEG),
+    ...Object.fromEntries(numbers.map((i) => [`keyframes/cameras/${i}0317.json`, camera(i)])),
+    'mesh_info.json': '{"bbox": [1, 2, 3]}',
+  });
+  const paths = numbers.map((i) => `keyframes/cameras/${i}0317.json`);
+  assert.deepEqual([recording.reference, recording.intrinsics], [paths, paths[0]]);
+  const text = new TextDecoder().decode(joinPoses(numbers.map((i) => encode(camera(i)))));
+  assert.equal(text, numbers.map((i) => `0 -1 0 ${i} 1 0 0 2 0 0 1 3 0 0 0 1\n`).join(''));
+  const bare = await understandAll({
+    ...many(numbers, (i) => `depth/${i}.png`, DEPTH16),
+    ...many(numbers, (i) => `cameras/${i}.json`, '{"fx": 750, "fy": 750, "cx": 512, "cy": 384}'),
+  });
+  assert.deepEqual(bare.reference, []);
+});
+
+test('BOP: the motion of the world in the camera, in millimetres', async () => {
+  const camera = { cam_K: [500, 0, 320, 0, 500, 240, 0, 0, 1], depth_scale: 0.1 };
+  const motion = { cam_R_w2c: [0, -1, 0, 1, 0, 0, 0, 0, 1], cam_t_w2c: [1000, 2000, 3000] };
+  const cameras = encode(
+    JSON.stringify({ 10: { ...camera, ...motion }, 9: { ...camera, ...motion, cam_t_w2c: [0, 0, 0] } }),
+  );
+  const recording = await understandAll({
+    ...many([9, 10], (i) => `000001/depth/0000${i}.png`, DEPTH16),
+    '000001/scene_camera.json': cameras,
+  });
+  assert.deepEqual(recording.reference, ['000001/scene_camera.json']);
+  const lines = new TextDecoder().decode(trajectoryBytes('scene_camera.json', cameras)).trim().split('\n');
+  const rows = lines.map((line) => line.split(' ').map((number) => Number(number) + 0));
+  // The camera lies at -R^T t = (-2, 1, -3).
+  assert.deepEqual(rows, [
+    [0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1],
+    [0, 1, 0, -2, -1, 0, 0, 1, 0, 0, 1, -3, 0, 0, 0, 1],
+  ]);
 });
 
 test('SUN3D: numbers tell which belong together, and the times beside them differ', async () => {

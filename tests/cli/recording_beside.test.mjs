@@ -2,7 +2,7 @@
 /** What lies beside the images: the true path and the camera. */
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { joinPoses } from '../../npm/recording/understand.js';
+import { joinPoses } from '../../npm/recording/pose_file.js';
 import { count, DEPTH16, encode, many, MATRIX, npy, tum, understandAll } from './recording_files.mjs';
 
 /** @typedef {import('./recording_files.mjs').Contents} Contents */

@@ -60,6 +60,25 @@ fn colours_come_as_they_are() {
 }
 
 #[test]
+fn of_a_large_jpeg_no_more_is_computed_than_is_enough() {
+    let image = picture(640, 482);
+    for sampling in [SamplingFactor::R_4_4_4, SamplingFactor::R_4_2_2, SamplingFactor::R_4_2_0] {
+        for progressive in [false, true] {
+            let bytes = jpeg(&image, sampling, progressive, false);
+            for (enough, size) in
+                [([640, 400], [640, 482]), ([320, 240], [320, 241]), ([200, 150], [320, 241]), ([60, 9], [80, 61])]
+            {
+                let read = color_image::read_enough(&bytes, enough).unwrap();
+                assert_eq!([read.width, read.height], size, "{enough:?}");
+                let off = difference(&read, &image.reduced(size[0], size[1]));
+                assert!(off < 4.0, "{sampling:?}, progressive {progressive}, {enough:?}: {off}");
+            }
+        }
+    }
+    assert_eq!(color_image::read_enough(&png(&image), [320, 240]).unwrap(), image);
+}
+
+#[test]
 fn what_is_broken_is_refused() {
     let image = picture(64, 48);
     for bytes in [png(&image), jpeg(&image, SamplingFactor::R_4_2_0, false, true)] {

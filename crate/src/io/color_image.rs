@@ -25,11 +25,20 @@ const REMEDY: &str = "Colour images are PNG, JPEG or PPM files";
 /// # Errors
 /// Neither PNG nor JPEG nor PPM; a file that is cut off or broken; a size the file cannot hold.
 pub fn read(bytes: &[u8]) -> Result<ColorImage> {
+    read_enough(bytes, [usize::MAX; 2])
+}
+
+/// The same, where an image of this width and height is enough: of a JPEG that is at least twice as wide and high no more is computed
+/// than a half, a quarter or an eighth of its sides.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_enough(bytes: &[u8], enough: [usize; 2]) -> Result<ColorImage> {
     refuse_pointer_and_utf16(bytes)?;
     if bytes.starts_with(PNG_SIGNATURE) {
         read_png(bytes)
     } else if bytes.starts_with(b"\xFF\xD8") {
-        read_jpeg(bytes)
+        read_jpeg(bytes, enough)
     } else if bytes.starts_with(b"P6") || bytes.starts_with(b"P5") {
         read_pixmap(bytes)
     } else {
@@ -48,7 +57,7 @@ fn read_png(bytes: &[u8]) -> Result<ColorImage> {
     Ok(ColorImage { width, height, pixels })
 }
 
-fn read_jpeg(bytes: &[u8]) -> Result<ColorImage> {
+fn read_jpeg(bytes: &[u8], enough: [usize; 2]) -> Result<ColorImage> {
     let broken =
         |error: jpeg_decoder::Error| Error::whole(format!("The JPEG is broken: {error}"), "Copy or export it again");
     let nothing = || Error::whole("The JPEG holds no image", "Copy or export it again");
@@ -59,6 +68,10 @@ fn read_jpeg(bytes: &[u8]) -> Result<ColorImage> {
     let is_progressive = info.coding_process == CodingProcess::DctProgressive;
     let packing = if is_progressive { Packing::ProgressiveJpeg } else { Packing::Jpeg };
     check_size(width as u64, height as u64, packing.most_pixels(bytes.len()))?;
+    let factor = (width / enough[0].max(1)).min(height / enough[1].max(1)).max(1);
+    let least = [width, height].map(|side| side.div_ceil(factor) as u16);
+    let (width, height) = decoder.scale(least[0], least[1]).map_err(broken)?;
+    let (width, height) = (usize::from(width), usize::from(height));
     let data = decoder.decode().map_err(broken)?;
     let pixels: Vec<[u8; 3]> = match info.pixel_format {
         PixelFormat::L8 => data.iter().map(|&grey| [grey; 3]).collect(),

@@ -1,7 +1,6 @@
-import { joinPoses } from '../../../package/recording/understand.js';
 import type { Content } from '../../../package/recording_reader.js';
 import { cameraFor, engineCamera } from '../../../package/recording/camera_file.js';
-import { trajectoryBytes } from '../../../package/recording/pose_file.js';
+import { joinPoses, trajectoryBytes } from '../../../package/recording/pose_file.js';
 import { errorMessage, noneUsable, noteMessage, RunSession } from '../components/session.js';
 import type { Opened } from '../datasets/dataset.js';
 import { LastRequest } from '../engine/last-request.js';

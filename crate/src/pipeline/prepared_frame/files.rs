@@ -48,30 +48,47 @@ pub(super) fn read_depth(name: &str, bytes: &[u8]) -> Result<DepthImage> {
     Ok(image)
 }
 
-/// The colours of a frame's pixels.
-///
-/// # Errors
-/// A note, where the colour image cannot be used.
+/// The colours of a frame's pixels. What is to be told of them is added to `notes`.
 pub(super) fn colors_of(
     color: ColorFile<'_>,
     frame: &str,
     depth: &DepthImage,
-) -> std::result::Result<ColorImage, FrameNote> {
+    notes: &mut Vec<FrameNote>,
+) -> Option<ColorImage> {
     let ColorFile { name, bytes } = color;
     let read = |bytes| read_colors(bytes, depth).map_err(|error| error.in_file(name).to_string());
-    bytes.map_err(str::to_owned).and_then(read).map_err(|problem| {
-        let left_out = format!("{frame}: its colours are left out");
-        match problem.strip_prefix(&format!("{name}: ")) {
-            Some(reason) => FrameNote { subject: format!("{left_out}: {name}"), reason: reason.to_owned() },
-            None => FrameNote { subject: left_out, reason: problem },
+    match bytes.map_err(str::to_owned).and_then(read) {
+        Ok((colors, reason)) => {
+            notes.extend(reason.map(|reason| FrameNote { subject: format!("{frame}: {name}"), reason }));
+            Some(colors)
         }
-    })
+        Err(problem) => {
+            let left_out = format!("{frame}: its colours are left out");
+            notes.push(match problem.strip_prefix(&format!("{name}: ")) {
+                Some(reason) => FrameNote { subject: format!("{left_out}: {name}"), reason: reason.to_owned() },
+                None => FrameNote { subject: left_out, reason: problem },
+            });
+            None
+        }
+    }
 }
 
-fn read_colors(bytes: &[u8], depth: &DepthImage) -> Result<ColorImage> {
-    let colors = color_image::read(bytes)?;
+/// Colours of the size of the depth image, with a note where they were of another one. Phones take depth of fewer pixels than the
+/// picture that it belongs to. Whether they are registered to the depth is told from their edges.
+fn read_colors(bytes: &[u8], depth: &DepthImage) -> Result<(ColorImage, Option<String>)> {
+    let colors = color_image::read_enough(bytes, [depth.width, depth.height])?;
     if (colors.width, colors.height) == (depth.width, depth.height) {
-        return Ok(colors);
+        return Ok((colors, None));
+    }
+    // Of two pixels one has its brightness compared: by so much the height may differ from that of the same view.
+    let height = colors.height as f64 * (depth.width as f64 / colors.width as f64);
+    let is_same_view = (height - depth.height as f64).abs() <= 2.0;
+    if is_same_view && colors.width >= depth.width && colors.height >= depth.height {
+        let note = format!(
+            "it has more pixels than the depth image and is reduced to its {} x {}, as if both showed the same view",
+            depth.width, depth.height
+        );
+        return Ok((colors.reduced(depth.width, depth.height), Some(note)));
     }
     let problem = format!(
         "The colour image has {} x {} pixels, the depth image {} x {}",

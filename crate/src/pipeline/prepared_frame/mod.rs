@@ -158,10 +158,7 @@ impl PreparedFrame {
         let of_frame = |reason| FrameNote { subject: label.name.clone(), reason };
         let values = ValuesSeen::of(&image, camera.fx, label.index);
         let mut notes: Vec<FrameNote> = depth.other_camera(&image).map(of_frame).into_iter().collect();
-        let colors = color.and_then(|color| {
-            let note_left_out = |note| notes.push(note);
-            colors_of(color, &label.name, &image).map_err(note_left_out).ok()
-        });
+        let colors = color.and_then(|color| colors_of(color, &label.name, &image, &mut notes));
         let usable = usable_pixels(&image);
         let registered_colors = colors.as_ref().filter(|_| decode_config.registers_colors);
         let brightness = registered_colors.map(|colors| Arc::new(Brightness::new(colors)));
@@ -252,7 +249,7 @@ pub(crate) fn map_image(
         return Err(Error::whole("This is no depth image", "Give depth images").in_file(name));
     };
     let image = depth.read(name, bytes)?;
-    let colors = color.and_then(|color| colors_of(color, name, &image).ok());
+    let colors = color.and_then(|color| colors_of(color, name, &image, &mut Vec::new()));
     let quantisation = depth.open_quantisations().first().copied().unwrap_or(Quantisation::Rounded);
     let (usable, model) = (usable_pixels(&image), decode_config.depth_model(depth, quantisation));
     let surfels = depth_surfels(&image, &usable, &depth.camera, &model);
