@@ -41,11 +41,11 @@ fn pgm(image: &DepthImage) -> Vec<u8> {
     bytes
 }
 
-/// Views from a few steps aside, turned to the ball.
+/// Views from a few steps aside, turned to the ball, and each turned by 0.2 rad against the one before: all are keyframes.
 fn poses(count: usize) -> Vec<Pose3> {
     let pose = |index: usize| {
         let aside = 0.5 * (index as f64 * 1.3).sin();
-        let turn = UnitQuaternion::from_euler_angles(0.05 * (index as f64).cos(), -aside / 2.0, 0.02 * index as f64);
+        let turn = UnitQuaternion::from_euler_angles(0.05 * (index as f64).cos(), -aside / 2.0, 0.2 * index as f64);
         Isometry3::from_parts(Translation3::new(aside, 0.1 * (index as f64).cos(), 0.0), turn)
     };
     (0..count).map(pose).collect()
@@ -164,7 +164,7 @@ fn while_the_run_goes_on_keyframes_are_put_and_the_whole_surface_does_not_depend
     };
     let views: Vec<_> = views(5, true).into_iter().flat_map(near).collect();
     let measured = views.iter().enumerate().map(|(frame, (pose, has_ball))| {
-        let error = 0.06 * (2.0 * (frame / 3) as f64).cos();
+        let error = 0.06 * ((frame / 3) as f64).cos();
         (pose * Translation3::new(0.0, 0.0, error), *has_ball)
     });
     let measured: Vec<_> = measured.collect();
@@ -185,7 +185,7 @@ fn while_the_run_goes_on_keyframes_are_put_and_the_whole_surface_does_not_depend
     assert_eq!(put(&mut at_once, views.len(), true), [keyframes, others.to_vec()].concat());
     assert_eq!(sorted_positions(&followed.mesh()), sorted_positions(&at_once.mesh()), "to the last bit");
     images.iter().zip(&views).for_each(|(image, (pose, _))| in_order.add(image, pose));
-    assert_ne!(sorted_positions(&in_order.mesh()), sorted_positions(&at_once.mesh()), "it depends on the first images");
+    assert!(sorted_positions(&in_order.mesh()) != sorted_positions(&at_once.mesh()), "the first images tell the noise");
 }
 
 #[test]
@@ -212,7 +212,7 @@ fn after_poses_have_changed_the_surface_is_that_of_a_run_with_the_final_poses() 
         assert!(wanted.len() <= 2 && wanted.contains(&(count - 1)), "{wanted:?}");
     }
     let settled: Vec<_> = (0..8).filter(|frame| *frame != 2).map(|frame| drifted(frame, 1.0)).collect();
-    assert_eq!(follow(&mut surface, &settled, true), [2, 5, 6, 7]);
+    assert_eq!(follow(&mut surface, &settled, true), [5, 6, 7, 2]);
     let of = |frames: &[(usize, Pose3)]| {
         let (mut fresh, _) = empty_surface(options, noise, &views);
         for (frame, pose) in frames {

@@ -1,7 +1,7 @@
 //! Surfaces of rendered flats against the exact ones: `cargo measure surface_scores [--voxel METRES] [--frames N] [--from N] [--flats N]
 //! [--sensor NAME] [--kept] [--step METRES] [--write DIR]`. For each flat, from the first or from `--from` on, and each sensor: the distance
 //! of the mesh's points from the true surface (mean, 95 %), the share of the true surface that has the mesh within 2 cm, the share of points within twice their standard deviation, and the processor times: the mean
-//! over the frames of reading one and of adding it to the field, and of extracting the mesh. `--kept` takes of each image what a run keeps,
+//! over the frames of reading one and of adding it to the field, and of extracting the mesh. First the same of the keyframes, as they are put in while a run goes on. `--kept` takes of each image what a run keeps,
 //! as the page does: every second pixel of every second row. `--step`: a hand-held camera, at most this far and 2
 //! degrees a frame besides its sway.
 //! `--write` leaves the depth images (mm), `poses.txt` (4 x 4, camera to world, row by row) and `camera.txt` for other programs,
@@ -122,11 +122,11 @@ pub fn main() -> Result<(), Box<dyn Error>> {
                 num_keyframes += run.follow(&walk[..count], false)?;
             }
             if num_keyframes < walk.len() {
-                let (mesh, times) = run.mesh(walk.len());
+                let (mesh, times) = run.mesh();
                 report(&format!("  {num_keyframes} keyframes"), &score_of(&mesh), mesh.triangles.len(), times);
             }
             run.follow(&walk, true)?;
-            let (mesh, times) = run.mesh(walk.len());
+            let (mesh, times) = run.mesh();
             report(&format!("flat {seed}, {name}"), &score_of(&mesh), mesh.triangles.len(), times);
             if let Some(folder) = &write {
                 let folder = folder.join(folder_name(seed, name));
@@ -168,10 +168,10 @@ impl Run {
         Ok(wanted.len())
     }
 
-    /// The mesh, and the times of reading and of fusing, each over this number of frames, and of extracting it (ms).
-    fn mesh(&mut self, num_frames: usize) -> (TriangleMesh, [f64; 3]) {
+    /// The mesh, and the times of reading and of fusing, each over the number of frames, and of extracting it (ms).
+    fn mesh(&mut self) -> (TriangleMesh, [f64; 3]) {
         let (extracting, mesh) = timed(|| self.surface.mesh());
-        let of_frames = 1000.0 / num_frames as f64;
+        let of_frames = 1000.0 / self.frames.len() as f64;
         (mesh, [self.reading * of_frames, self.fusing * of_frames, 1000.0 * extracting])
     }
 }
