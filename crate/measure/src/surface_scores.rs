@@ -1,8 +1,8 @@
 //! Surfaces of rendered flats against the exact ones: `cargo measure surface_scores [--voxel METRES] [--frames N] [--from N] [--flats N]
 //! [--sensor NAME] [--kept] [--step METRES] [--write DIR]`. For each flat, from the first or from `--from` on, and each sensor: the distance
 //! of the mesh's points from the true surface (mean, 95 %), the share of the true surface that has the mesh within 2 cm, the share of points within twice their standard deviation, and the processor times: the mean
-//! over the frames of reading one and of adding it to the field, and of extracting the mesh. First the same of the keyframes, as they are put in while a run goes on. `--kept` takes of each image what a run keeps,
-//! as the page does: every second pixel of every second row. `--step`: a hand-held camera, at most this far and 2
+//! over the frames of reading one and of adding it to the field, and of extracting the mesh. The line before it is that of the keyframes,
+//! which are put in while a run goes on. `--kept` takes of each image what a run keeps, as the page does: every second pixel of every second row. `--step`: a hand-held camera, at most this far and 2
 //! degrees a frame besides its sway.
 //! `--write` leaves the depth images (mm), `poses.txt` (4 x 4, camera to world, row by row) and `camera.txt` for other programs,
 //! with our mesh and the points of the truth with their normals (`truth.txt`: x y z nx ny nz, m), and
