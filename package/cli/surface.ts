@@ -47,8 +47,9 @@ export async function writeSurface(
     if (placed.length < result.frames.length) {
       note(`The surface is of the ${placed.length} of ${result.frames.length} frames whose pose is good.`);
     }
-    if (surface.is_of_clouds) putClouds(surface, reconstruction, placed);
-    else await addImages(surface, placed, jobs, complain);
+    const order = surface.follow(...numbersAndPoses(placed), true);
+    if (surface.is_of_clouds) putClouds(surface, reconstruction, order);
+    else await addImages(surface, inOrder(placed, order), jobs, complain);
     if (surface.num_triangles === 0) {
       complain(`--mesh ${path}: no surface was seen well enough, so nothing was written.`);
       return;
@@ -111,8 +112,14 @@ export async function writeSplats(
 
 const toMillimetres = (metres: number) => Number(metres.toFixed(3));
 
-function putClouds(surface: Surface, reconstruction: SpatialReconstruction, placed: readonly PlacedFrame[]) {
-  for (const frame of surface.follow(...numbersAndPoses(placed), true)) {
+/** The frames in the order of these numbers: keyframes first, as the engine tells the noise by what the first images differ. */
+function inOrder(placed: readonly PlacedFrame[], order: Uint32Array): PlacedFrame[] {
+  const byIndex = new Map(placed.map((frame) => [frame.index, frame]));
+  return Array.from(order).flatMap((index) => byIndex.get(index) ?? []);
+}
+
+function putClouds(surface: Surface, reconstruction: SpatialReconstruction, order: Uint32Array) {
+  for (const frame of order) {
     const points = reconstruction.kept_points(frame);
     if (points) surface.put(frame, points);
   }

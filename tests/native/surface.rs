@@ -41,11 +41,11 @@ fn pgm(image: &DepthImage) -> Vec<u8> {
     bytes
 }
 
-/// Views from a few steps aside, turned to the ball.
+/// Views from a few steps aside, turned to the ball, and each turned by 0.2 rad against the one before: all are keyframes.
 fn poses(count: usize) -> Vec<Pose3> {
     let pose = |index: usize| {
         let aside = 0.5 * (index as f64 * 1.3).sin();
-        let turn = UnitQuaternion::from_euler_angles(0.05 * (index as f64).cos(), -aside / 2.0, 0.02 * index as f64);
+        let turn = UnitQuaternion::from_euler_angles(0.05 * (index as f64).cos(), -aside / 2.0, 0.2 * index as f64);
         Isometry3::from_parts(Translation3::new(aside, 0.1 * (index as f64).cos(), 0.0), turn)
     };
     (0..count).map(pose).collect()
@@ -156,13 +156,19 @@ fn what_later_views_see_through_is_carved_out() {
 }
 
 #[test]
-fn while_the_run_goes_on_images_from_nearly_the_same_place_wait_for_its_end() {
-    // Each view three times, from places a centimetre apart.
-    let nearly = |(pose, has_ball): (Pose3, bool)| {
+fn while_the_run_goes_on_keyframes_are_put_and_the_whole_surface_does_not_depend_on_that() {
+    // Each view three times, from places a centimetre apart. All depths of a view are off by up to 6 cm, which is more than the noise
+    // within an image: views differ by it, and images of the same view do not.
+    let near = |(pose, has_ball): (Pose3, bool)| {
         (0..3).map(move |step| (Translation3::new(0.01 * f64::from(step), 0.0, 0.0) * pose, has_ball))
     };
-    let views: Vec<_> = views(4, true).into_iter().flat_map(nearly).collect();
-    let (mut followed, images) = empty_surface(SurfaceOptions::default(), 3e-4, &views);
+    let views: Vec<_> = views(5, true).into_iter().flat_map(near).collect();
+    let measured = views.iter().enumerate().map(|(frame, (pose, has_ball))| {
+        let error = 0.06 * ((frame / 3) as f64).cos();
+        (pose * Translation3::new(0.0, 0.0, error), *has_ball)
+    });
+    let measured: Vec<_> = measured.collect();
+    let (mut at_once, images) = empty_surface(SurfaceOptions::default(), 3e-4, &measured);
     let frames = || views.iter().map(|(pose, _)| *pose).enumerate();
     let put = |surface: &mut SurfaceReconstruction, count: usize, is_final: bool| {
         let wanted = surface.follow(frames().take(count), is_final);
@@ -171,13 +177,15 @@ fn while_the_run_goes_on_images_from_nearly_the_same_place_wait_for_its_end() {
         }
         wanted
     };
+    let (mut followed, mut in_order) = (at_once.clone(), at_once.clone());
     let keyframes: Vec<usize> = (1..=views.len()).flat_map(|count| put(&mut followed, count, false)).collect();
-    assert_eq!(keyframes, [0, 3, 6, 9]);
-    assert_eq!(put(&mut followed, views.len(), true), [1, 2, 4, 5, 7, 8, 10, 11]);
-    let mut at_once = followed.clone();
-    at_once.follow([], true);
-    put(&mut at_once, views.len(), true);
+    assert_eq!(keyframes, [0, 3, 6, 9, 12]);
+    let others = [1, 2, 4, 5, 7, 8, 10, 11, 13, 14];
+    assert_eq!(put(&mut followed, views.len(), true), others);
+    assert_eq!(put(&mut at_once, views.len(), true), [keyframes, others.to_vec()].concat());
     assert_eq!(sorted_positions(&followed.mesh()), sorted_positions(&at_once.mesh()), "to the last bit");
+    images.iter().zip(&views).for_each(|(image, (pose, _))| in_order.add(image, pose));
+    assert!(sorted_positions(&in_order.mesh()) != sorted_positions(&at_once.mesh()), "the first images tell the noise");
 }
 
 #[test]
@@ -204,7 +212,7 @@ fn after_poses_have_changed_the_surface_is_that_of_a_run_with_the_final_poses() 
         assert!(wanted.len() <= 2 && wanted.contains(&(count - 1)), "{wanted:?}");
     }
     let settled: Vec<_> = (0..8).filter(|frame| *frame != 2).map(|frame| drifted(frame, 1.0)).collect();
-    assert_eq!(follow(&mut surface, &settled, true), [2, 5, 6, 7]);
+    assert_eq!(follow(&mut surface, &settled, true), [5, 6, 7, 2]);
     let of = |frames: &[(usize, Pose3)]| {
         let (mut fresh, _) = empty_surface(options, noise, &views);
         for (frame, pose) in frames {

@@ -1,8 +1,8 @@
 //! Surfaces of rendered flats against the exact ones: `cargo measure surface_scores [--voxel METRES] [--frames N] [--from N] [--flats N]
 //! [--sensor NAME] [--kept] [--step METRES] [--write DIR]`. For each flat, from the first or from `--from` on, and each sensor: the distance
 //! of the mesh's points from the true surface (mean, 95 %), the share of the true surface that has the mesh within 2 cm, the share of points within twice their standard deviation, and the processor times: the mean
-//! over the frames of reading one and of adding it to the field, and of extracting the mesh. `--kept` takes of each image what a run keeps,
-//! as the page does: every second pixel of every second row. `--step`: a hand-held camera, at most this far and 2
+//! over the frames of reading one and of adding it to the field, and of extracting the mesh. The line before it is that of the keyframes,
+//! which are put in while a run goes on. `--kept` takes of each image what a run keeps, as the page does: every second pixel of every second row. `--step`: a hand-held camera, at most this far and 2
 //! degrees a frame besides its sway.
 //! `--write` leaves the depth images (mm), `poses.txt` (4 x 4, camera to world, row by row) and `camera.txt` for other programs,
 //! with our mesh and the points of the truth with their normals (`truth.txt`: x y z nx ny nz, m), and
@@ -14,7 +14,7 @@ use std::path::PathBuf;
 
 use nalgebra::Vector3;
 use scanstitch::camera::Pinhole;
-use scanstitch::geometry::{Pose3, RigidMotion};
+use scanstitch::geometry::{Pose3, RigidMotion, TriangleMesh};
 use scanstitch::io::mesh::{MeshFormat, write as write_mesh};
 use scanstitch::io::point_cloud;
 use scanstitch::map::surface::SurfaceOptions;
@@ -110,27 +110,24 @@ pub fn main() -> Result<(), Box<dyn Error>> {
                 SpatialSettings { fx: camera.fx, fy: camera.fy, cx: camera.cx, cy: camera.cy, ..settings_of(sensor) };
             let decode_config = DecodeConfig::new(&settings, "0.png", &images[0])?;
             let options = SurfaceOptions { voxel_size, max_megabytes: 1500.0, ..SurfaceOptions::default() };
-            let mut surface = SurfaceReconstruction::new(decode_config.clone(), options)?;
+            let surface = SurfaceReconstruction::new(decode_config.clone(), options)?;
             let frames = if is_kept { kept(&decode_config, &images)? } else { images };
-            let (mut reading, mut fusing) = (0.0, 0.0);
-            surface.follow(walk.iter().copied().enumerate(), true);
-            for (index, frame) in frames.iter().enumerate() {
-                let (seconds, frame) = timed(|| {
-                    if is_kept {
-                        surface.read_kept(frame)
-                    } else {
-                        surface.read(&index.to_string(), frame, None).map(SurfaceFrame::Image)
-                    }
-                });
-                let frame = frame?;
-                reading += seconds;
-                fusing += timed(|| surface.put(index, &frame)).0;
+            let mut run = Run { surface, frames, is_kept, reading: 0.0, fusing: 0.0 };
+            let score_of = |mesh: &TriangleMesh| {
+                let points: Vec<Vector3<f64>> = mesh.positions.iter().map(double).collect();
+                Score::of(&apartment.space, &points, &mesh.deviations, &truth, COVERED)
+            };
+            let mut num_keyframes = 0;
+            for count in 1..=walk.len() {
+                num_keyframes += run.follow(&walk[..count], false)?;
             }
-            let (extracting, mesh) = timed(|| surface.mesh());
-            let times = [reading / walk.len() as f64, fusing / walk.len() as f64, extracting].map(|time| 1000.0 * time);
-            let points: Vec<Vector3<f64>> = mesh.positions.iter().map(double).collect();
-            let score = Score::of(&apartment.space, &points, &mesh.deviations, &truth, COVERED);
-            report(&format!("flat {seed}, {name}"), &score, mesh.triangles.len(), times);
+            if num_keyframes < walk.len() {
+                let (mesh, times) = run.mesh();
+                report(&format!("  {num_keyframes} keyframes"), &score_of(&mesh), mesh.triangles.len(), times);
+            }
+            run.follow(&walk, true)?;
+            let (mesh, times) = run.mesh();
+            report(&format!("flat {seed}, {name}"), &score_of(&mesh), mesh.triangles.len(), times);
             if let Some(folder) = &write {
                 let folder = folder.join(folder_name(seed, name));
                 fs::write(folder.join(format!("ours-{voxel_size}.ply")), write_mesh(&mesh, MeshFormat::Ply))?;
@@ -139,6 +136,44 @@ pub fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     Ok(())
+}
+
+/// The surface of a run, as it grows.
+struct Run {
+    surface: SurfaceReconstruction,
+    frames: Vec<Vec<u8>>,
+    is_kept: bool,
+    /// Processor times of all frames together (s).
+    reading: f64,
+    fusing: f64,
+}
+
+impl Run {
+    /// Puts in what these poses of the first frames ask for: number of frames.
+    fn follow(&mut self, poses: &[Pose3], is_final: bool) -> Result<usize, Box<dyn Error>> {
+        let wanted = self.surface.follow(poses.iter().copied().enumerate(), is_final);
+        for &index in &wanted {
+            let bytes = &self.frames[index];
+            let (seconds, frame) = timed(|| {
+                if self.is_kept {
+                    self.surface.read_kept(bytes)
+                } else {
+                    self.surface.read(&index.to_string(), bytes, None).map(SurfaceFrame::Image)
+                }
+            });
+            let frame = frame?;
+            self.reading += seconds;
+            self.fusing += timed(|| self.surface.put(index, &frame)).0;
+        }
+        Ok(wanted.len())
+    }
+
+    /// The mesh, and the times of reading and of fusing, each over the number of frames, and of extracting it (ms).
+    fn mesh(&mut self) -> (TriangleMesh, [f64; 3]) {
+        let (extracting, mesh) = timed(|| self.surface.mesh());
+        let of_frames = 1000.0 / self.frames.len() as f64;
+        (mesh, [self.reading * of_frames, self.fusing * of_frames, 1000.0 * extracting])
+    }
 }
 
 /// Poses of a walk: in steps of 0.25 m or 10 degrees, or, where `step` (m) is given, of a hand-held camera that

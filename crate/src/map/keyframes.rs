@@ -53,11 +53,7 @@ const SURFACE_TOLERANCE: f64 = 0.05;
 impl Keyframes {
     /// Adds a frame, unless it is nearer to another keyframe than the spacing.
     pub fn add(&mut self, frame: &PreparedSurfels, number: u32, T_world_camera: &Pose3) {
-        if self
-            .keyframes
-            .iter()
-            .any(|known| apart_within(&known.T_world_camera, T_world_camera, KEYFRAME_SPACING).is_some())
-        {
+        if !is_keyframe(T_world_camera, self.keyframes.iter().map(|known| &known.T_world_camera)) {
             return;
         }
         let SurfelImage { brightness, camera, .. } = &frame.image;
@@ -136,6 +132,11 @@ impl Keyframe {
         let tolerance = noise.tolerance(SURFACE_TOLERANCE, point.z);
         matches!(self.view.classify_leniently(&point, tolerance), FreeSpaceTest::InFreeSpace)
     }
+}
+
+/// Whether a frame at this pose is a keyframe beside those that are known: none of them is nearer than the spacing.
+pub(crate) fn is_keyframe<'a>(T_world_camera: &Pose3, known: impl IntoIterator<Item = &'a Pose3>) -> bool {
+    !known.into_iter().any(|known| apart_within(known, T_world_camera, KEYFRAME_SPACING).is_some())
 }
 
 /// [`pose_distance`], if it is less than `limit`. For most poses the translation alone exceeds it.

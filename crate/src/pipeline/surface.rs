@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, Pose3, TriangleMesh};
+use crate::map::keyframes::is_keyframe;
 use crate::map::surface::{CloudFusion, SurfaceFusion, SurfaceOptions};
 use crate::pipeline::prepared_frame::{ColorFile, DecodeConfig, MapPoints, PreparedFrame, map_image};
 use crate::preprocess::depth_surfels::DepthModel;
@@ -14,9 +15,6 @@ const MAX_MOTION: f64 = 5e-4;
 /// The same while the run goes on and poses still change (voxels): a quarter of the least truncation moves the surface, and changes it
 /// nowhere else.
 const MAX_PENDING_MOTION: f64 = 0.5;
-/// While the run goes on, images whose view differs by less than this (rad) from that of the last one in the surface wait for its end: a
-/// twentieth of a Kinect's field of view (58 degrees). Of 150 frames of a Kinect in the hand it leaves 25, which have 93 % of the triangles.
-const MIN_VIEW_CHANGE: f64 = 0.05;
 
 /// Larger images are thinned: the field counts pixels in single precision, whose whole numbers end at twice this.
 const MAX_PIXELS: usize = 1 << 22;
@@ -117,13 +115,14 @@ impl SurfaceReconstruction {
     }
 
     /// Takes in which frames are to be in the surface from now on, by number, and at which poses: those of a run, which goes on unless
-    /// `is_final`. Returns the frames that are to be [put](Self::put): new ones, those that have moved, and those that are no longer in it.
-    /// While the run goes on, of images only keyframes are. Clouds are complete only when the run has ended, so all are put anew then, and
-    /// after any change since.
+    /// `is_final`. Returns the frames that are to be [put](Self::put), in this order: new ones, those that have moved, and those that are
+    /// no longer in it. Of images keyframes come first, whose differences tell the noise; while the run goes on, the others wait. Clouds
+    /// are complete only when the run has ended, so all are put anew then, and after any change since.
     pub fn follow(&mut self, frames: impl IntoIterator<Item = (usize, Pose3)>, is_final: bool) -> Vec<usize> {
         self.followed = frames.into_iter().collect();
-        if !is_final && !self.is_of_clouds() {
-            self.leave_keyframes();
+        let keyframes = self.keyframes();
+        if !is_final {
+            self.followed.retain(|frame, _| keyframes.contains(frame));
         }
         let max_motion = if is_final { MAX_MOTION } else { MAX_PENDING_MOTION * self.voxel_size() };
         let (placed, followed) = (&self.placed, &self.followed);
@@ -139,21 +138,21 @@ impl SurfaceReconstruction {
         let all = self.placed.keys().chain(self.followed.keys()).copied();
         let all: BTreeSet<usize> = all.collect();
         let is_left = |frame: &usize| self.placed.contains_key(frame) && stay.binary_search(frame).is_ok();
-        all.into_iter().filter(|frame| !is_left(frame)).collect()
+        let (first, then): (Vec<_>, Vec<_>) =
+            all.into_iter().filter(|frame| !is_left(frame)).partition(|frame| keyframes.contains(frame));
+        [first, then].concat()
     }
 
-    /// Follows only the frames that are in the surface, and those that see it from elsewhere than the one before.
-    fn leave_keyframes(&mut self) {
-        let depth = self.placed.values().next_back().map_or(f64::INFINITY, |placed| placed.depth);
-        let mut last: Option<Pose3> = None;
-        self.followed.retain(|frame, T_world_camera| {
-            let has_changed = last.is_none_or(|last| view_change(&last, T_world_camera, depth) > MIN_VIEW_CHANGE);
-            let is_followed = has_changed || self.placed.contains_key(frame);
-            if is_followed {
-                last = Some(*T_world_camera);
+    /// All clouds; of images those that are in the surface, and keyframes beside them.
+    fn keyframes(&self) -> BTreeSet<usize> {
+        let mut keyframes: BTreeMap<usize, &Pose3> = BTreeMap::new();
+        for (frame, T_world_camera) in &self.followed {
+            let is_in_surface = self.is_of_clouds() || self.placed.contains_key(frame);
+            if is_in_surface || is_keyframe(T_world_camera, keyframes.values().copied()) {
+                keyframes.insert(*frame, T_world_camera);
             }
-            is_followed
-        });
+        }
+        keyframes.into_keys().collect()
     }
 
     /// Puts a frame in at the pose that it is to have, in place of the one that it has had; out where it is to have none.
@@ -246,12 +245,6 @@ impl SurfaceReconstruction {
             Field::Clouds(fusion) => fusion.mesh(),
         }
     }
-}
-
-/// By how much two cameras see things at this depth (m) from different directions, and in others (rad).
-fn view_change(T_world_a: &Pose3, T_world_b: &Pose3, depth: f64) -> f64 {
-    let change = T_world_a.inverse() * T_world_b;
-    change.translation.vector.norm() / depth + change.rotation.angle()
 }
 
 impl SurfaceImage {

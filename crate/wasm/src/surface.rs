@@ -46,6 +46,7 @@ impl Surface {
     }
 
     /// Adds a depth image at its pose (clouds are `put`) x y z qx qy qz qw (m, camera to world), with the file of its colours where it has any.
+    /// The first five images tell the noise by what they differ: in the order of `follow`, these are from places apart.
     ///
     /// # Errors
     /// When the depth image is damaged or of another size than the first of the run, or the pose is none.
@@ -63,9 +64,9 @@ impl Surface {
     }
 
     /// Takes in which frames of a run are to be in the surface from now on, by their numbers, each with its pose x y z qx qy qz qw (m,
-    /// sensor to world). Returns those that are to be `put`: new ones, those that have moved, and those that are no longer in it. Where
-    /// most have moved, all are put anew. While the run goes on, small motions, and images from nearly the same place,
-    /// wait until `is_final`; clouds are all put anew then.
+    /// sensor to world). Returns those that are to be `put`, in this order: new ones, those that have moved, and those that are no longer
+    /// in it; of images keyframes first. Where most have moved, all are put anew. While the run goes on, small motions, and images that
+    /// are no keyframes, wait until `is_final`; clouds are all put anew then.
     ///
     /// # Errors
     /// When a pose is none.

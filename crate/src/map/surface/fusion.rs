@@ -156,10 +156,11 @@ impl SurfaceFusion {
         }
     }
 
-    /// Measures by how much the first images differ. The field is made anew where that is more than their models say.
+    /// Measures by how much each of the first images differs from the last before it that sees the same: farther apart, errors of poses are
+    /// in it. The field is made anew where that is more than their models say.
     fn measure_scatter(&mut self) {
         let first = std::mem::take(&mut self.first);
-        let of_image = |at: usize| first[..at].iter().find_map(|before| before.noise_between(&first[at]));
+        let of_image = |at: usize| first[..at].iter().rev().find_map(|before| before.noise_between(&first[at]));
         let mut of_images: Vec<f64> = (1..first.len()).filter_map(of_image).collect();
         let scatter = quantile(&mut of_images, 0.5).unwrap_or(0.0);
         self.scatter = Some(scatter);

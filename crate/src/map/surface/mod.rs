@@ -9,7 +9,7 @@
 //! - Frames count by their information, the inverse variance of the sensor's depth, so that far views do not blur near ones, and
 //!   the sum of it gives the standard deviation of each vertex.
 //! - The field is truncated at three standard deviations of the depth, and at least at two voxels, which the extraction needs. The
-//!   noise is that between the first images, where it is larger than within an image.
+//!   noise is that between the first keyframes, where it is larger than within an image.
 //!
 //! The surface is extracted as a dual mesh with a vertex a cell (Gibson, "Constrained elastic surface nets", MICCAI 1998).
 //!
