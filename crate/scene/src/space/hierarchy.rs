@@ -6,7 +6,7 @@ use super::Hit;
 use super::solid::Solid;
 
 /// As many solids may share a leaf.
-const LEAF: usize = 3;
+const LEAF: usize = 1;
 /// Rays that start on a surface leave it first (lengths of the ray).
 const START: f64 = 1e-9;
 /// Levels of the tree: it is halved somewhere at each, and never has as many solids.
@@ -83,13 +83,22 @@ impl Hierarchy {
         self.add(bounds, far, first + middle, depth + 1);
     }
 
-    /// The first solid that a ray meets; of two at the same distance the one given first.
-    pub fn cast(&self, solids: &[Solid], origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<Hit> {
-        let mut best: Option<Hit> = None;
-        self.visit(origin, direction, f64::INFINITY, |index, reach| {
+    /// The first solid that a ray meets; of two at the same distance the one given first. A solid that is `likely` to be met is tried
+    /// before the others: what lies behind it need not be.
+    pub fn cast(
+        &self,
+        solids: &[Solid],
+        origin: &Vector3<f64>,
+        direction: &Vector3<f64>,
+        likely: Option<usize>,
+    ) -> Option<Hit> {
+        let distance_to = |solid: usize| solids[solid].enter(origin, direction).filter(|distance| *distance > START);
+        let mut best = likely.and_then(|solid| Some(Hit { solid, distance: distance_to(solid)? }));
+        let reach = best.map_or(f64::INFINITY, |hit| hit.distance);
+        self.visit(origin, direction, reach, |index, reach| {
             let solid = index as usize;
-            match solids[solid].enter(origin, direction) {
-                Some(distance) if distance > START => {
+            match distance_to(solid) {
+                Some(distance) => {
                     let nearer = best
                         .is_none_or(|hit| distance < hit.distance || (distance == hit.distance && solid < hit.solid));
                     if nearer {
@@ -97,7 +106,7 @@ impl Hierarchy {
                     }
                     Some(reach.min(distance))
                 }
-                _ => Some(reach),
+                None => Some(reach),
             }
         });
         best
@@ -138,8 +147,9 @@ impl Hierarchy {
             for axis in 0..3 {
                 let a = (node.low[axis] - origin[axis]) * inverse[axis];
                 let b = (node.high[axis] - origin[axis]) * inverse[axis];
-                near = near.max(a.min(b));
-                far = far.min(a.max(b));
+                let (low, high) = if a < b { (a, b) } else { (b, a) };
+                near = if low > near { low } else { near };
+                far = if high < far { high } else { far };
             }
             if near <= far { near } else { f64::INFINITY }
         };
@@ -155,8 +165,10 @@ impl Hierarchy {
                     let (a, b) = (index + 1, node.next);
                     let (a, b) = ((a, enter(&self.nodes[a as usize])), (b, enter(&self.nodes[b as usize])));
                     let (nearer, farther) = if b.1 < a.1 { (b, a) } else { (a, b) };
-                    stack[height] = farther;
-                    height += 1;
+                    if farther.1 <= reach && farther.1 < f64::INFINITY {
+                        stack[height] = farther;
+                        height += 1;
+                    }
                     current = nearer;
                     continue;
                 }
@@ -235,7 +247,7 @@ mod tests {
         for count in [0, 1, 4, 300] {
             let solids = solids(count, &mut random);
             let tree = Hierarchy::new(&solids);
-            for _ in 0..500 {
+            for attempt in 0..500 {
                 let mut vector = |reach: f64| Vector3::from_fn(|_, _| random.uniform(-reach, reach));
                 let (origin, mut direction) = (vector(5.0), vector(2.0));
                 direction.x *= f64::from(u8::from(direction.y > 0.0)); // some along a plane of the axes
@@ -244,7 +256,9 @@ mod tests {
                     .enumerate()
                     .filter_map(|(solid, s)| s.enter(&origin, &direction).map(|distance| Hit { solid, distance }));
                 let expected = hits.min_by(|a, b| a.distance.total_cmp(&b.distance));
-                assert_eq!(tree.cast(&solids, &origin, &direction), expected);
+                let likely = (count > 0).then_some(attempt % count.max(1));
+                assert_eq!(tree.cast(&solids, &origin, &direction, likely), expected);
+                assert_eq!(tree.cast(&solids, &origin, &direction, None), expected);
                 let met = expected.is_some_and(|hit| hit.distance < 1.0);
                 assert_eq!(tree.meets(&solids, &origin, &direction, |_| true).is_some(), met);
                 assert_eq!(tree.meets(&solids, &origin, &direction, |_| false), None);

@@ -62,7 +62,7 @@ impl Space {
 
     /// The first solid that a ray meets, `None` where there is none.
     pub fn cast(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<Hit> {
-        self.hierarchy.cast(&self.solids, origin, direction)
+        self.hierarchy.cast(&self.solids, origin, direction, None)
     }
 
     /// Whether something opaque lies on the way from `origin` to `origin + direction`. `last` is tried first, and is what

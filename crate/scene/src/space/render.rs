@@ -69,7 +69,14 @@ impl<'a> View<'a> {
         let mut view = Self { space, camera, T_world_camera, hits: Vec::new() };
         let origin = T_world_camera.translation.vector;
         let pixels = (0..camera.height).flat_map(|v| (0..camera.width).map(move |u| (u, v)));
-        view.hits = pixels.map(|(u, v)| space.cast(&origin, &view.direction(u as f64, v as f64))).collect();
+        let mut last: Option<usize> = None;
+        let mut hit = |(u, v): (usize, usize)| {
+            let direction = view.direction(u as f64, v as f64);
+            let hit = space.hierarchy.cast(&space.solids, &origin, &direction, last);
+            last = hit.map(|hit| hit.solid);
+            hit
+        };
+        view.hits = pixels.map(&mut hit).collect();
         view
     }
 
