@@ -3,7 +3,8 @@
 import { zipSync } from 'fflate';
 import { openArchive } from '../../npm/archive/archive.js';
 import { printable } from '../../npm/base/printable.js';
-import { joinPoses, understand } from '../../npm/recording/understand.js';
+import { joinPoses } from '../../npm/recording/pose_file.js';
+import { understand } from '../../npm/recording/understand.js';
 import { asciiPly, ROOM_FILES } from '../../tests/cli/support.mjs';
 import { greyPng } from '../../tests/cli/depth_room.mjs';
 import { mustBeTold } from './random.mjs';
