@@ -38,13 +38,13 @@ pub struct Keyframes {
 /// Smallest distance between two keyframes (m, two metres per radian).
 pub(crate) const KEYFRAME_SPACING: f64 = 0.3;
 /// Largest distance at which a keyframe shares the view of a camera (m, two metres per radian).
-const MAX_VIEW_DISTANCE: f64 = 4.0;
+pub(crate) const MAX_VIEW_DISTANCE: f64 = 4.0;
 /// Largest number of keyframes that are compared with a camera.
 pub(crate) const MAX_NEARBY: usize = 6;
-/// Memory above which the keyframes are thinned (bytes).
-const MAX_BYTES: usize = 96 << 20;
-/// Most memory of thinned keyframes (bytes): less than [`MAX_BYTES`], since thinning again at each frame would cost too much.
-const TARGET_BYTES: usize = MAX_BYTES / 4 * 3;
+/// Memory above which a store of frames, such as this one, is thinned (bytes).
+pub(crate) const MAX_BYTES: usize = 64 << 20;
+/// Most memory of a thinned one (bytes): less than [`MAX_BYTES`], since thinning again at each frame would cost too much.
+pub(crate) const TARGET_BYTES: usize = MAX_BYTES / 4 * 3;
 /// Factor by which the spacing grows in each round of thinning.
 const SPACING_GROWTH: f64 = 1.25;
 /// Distance along the normal up to which a point lies on a surface, and not in the free space in front of it (m).

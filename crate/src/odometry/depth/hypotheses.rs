@@ -20,7 +20,7 @@ const PENALTY_PER_METRE_BEYOND_SEARCH: f64 = 0.2;
 pub(super) const GRID_STEP: f64 = 0.25;
 /// Distance (m) from which a position is another one, and spacing of the search anywhere: registration leads from a nearer one to the
 /// same.
-pub(super) const MIN_DISTANCE: f64 = GRID_STEP + GRID_STEP;
+pub(crate) const MIN_DISTANCE: f64 = GRID_STEP + GRID_STEP;
 /// Translations of the search all around, forward, back and to either side (m), ...
 pub(super) const REACH_ALL_AROUND: f64 = 1.0;
 /// ... and of the search anywhere: all around the end of a largest step.

@@ -36,6 +36,7 @@ pub(crate) use self::error_propagation::{covariance_of_error, of_pose_distance};
 pub use self::estimate::{PoseUpdate, SpatialEstimate};
 pub(crate) use self::evidence::{ComparedSurfaces, FINE_TOLERANCE, LIMITS, MIN_AGREEMENT_DIFFERENCE};
 pub(crate) use self::frame_matcher::{fine_options, middle_options};
+pub(crate) use self::hypotheses::MIN_DISTANCE;
 pub use self::odometry::DepthOdometry;
 pub use self::options::{ColorUse, DepthOptions, Effort};
 pub use self::pair_registration::{PairRegistration, Search};

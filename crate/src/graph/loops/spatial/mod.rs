@@ -15,7 +15,7 @@ mod submap;
 use nalgebra::Matrix6;
 use serde::Serialize;
 
-use self::nodes::{MAX_SUBMAP_FRAMES, Node, Nodes, SUBMAP_HALF_LENGTH};
+use self::nodes::{MAX_SUBMAP_FRAMES, Node, Nodes};
 use self::stored_surfaces::StoredSurfaces;
 use self::submap::{FrameSurfaces, SubmapRegistration};
 use crate::geometry::pose_distance::pose_distance;
@@ -23,7 +23,7 @@ use crate::geometry::quantile::THREE_SIGMA;
 use crate::geometry::{Pose3, RigidMotion};
 use crate::graph::pose_graph::{BetweenFactor, SpatialFactor, optimize_poses};
 use crate::odometry::depth::{
-    FINE_TOLERANCE, MIN_AGREEMENT_DIFFERENCE, SpatialEstimate, covariance_of_error, of_pose_distance,
+    FINE_TOLERANCE, MIN_AGREEMENT_DIFFERENCE, MIN_DISTANCE, SpatialEstimate, covariance_of_error, of_pose_distance,
 };
 use crate::odometry::planar::information::seen_from;
 use crate::registration::prepared_surfels::PreparedSurfels;
@@ -120,8 +120,7 @@ impl SpatialLoops {
         self.chain.push(factor);
         self.nodes.push(number, T_world_camera, T_world_local, surfaces);
         let nodes = &self.nodes.all;
-        // Four detections in half a submap.
-        if nodes[here].path_length - nodes[self.last_detection].path_length > SUBMAP_HALF_LENGTH / 4.0 {
+        if nodes[here].path_length - nodes[self.last_detection].path_length > MIN_DISTANCE {
             self.detect(here);
         }
     }

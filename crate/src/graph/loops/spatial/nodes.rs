@@ -7,17 +7,13 @@ use super::stored_surfaces::StoredSurfaces;
 use super::submap::{FrameSurfaces, Submap};
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::pose_distance;
-use crate::map::keyframes::{MAX_NEARBY, apart_within};
+use crate::map::keyframes::{MAX_BYTES, MAX_NEARBY, MAX_VIEW_DISTANCE, TARGET_BYTES, apart_within};
 
 /// Distance up to which two poses share a view (m, two metres per radian).
 const MAX_REVISIT_DISTANCE: f64 = 1.2;
-/// Length of the path before and after a node that belongs to its submap (m, two metres per radian).
-pub(super) const SUBMAP_HALF_LENGTH: f64 = 2.0;
 /// Largest number of frames in a submap of recent frames, as of keyframes that a camera is compared with; a submap around a node has the
 /// node besides.
 pub(super) const MAX_SUBMAP_FRAMES: usize = MAX_NEARBY;
-/// Memory above which the stored surfaces are thinned (bytes).
-pub(super) const MAX_BYTES: usize = 64 << 20;
 
 /// A frame of the graph.
 pub(super) struct Node {
@@ -60,8 +56,7 @@ impl Nodes {
         }
         if self.num_packed_bytes > MAX_BYTES {
             let mut num_stored = self.thin(num_older);
-            // Seldom: until a quarter of the memory is free.
-            while self.num_packed_bytes > MAX_BYTES / 4 * 3 {
+            while self.num_packed_bytes > TARGET_BYTES {
                 let mean_spacing = self.all[num_older - 1].path_length / num_stored as f64;
                 self.spacing = mean_spacing.max(1.5 * self.spacing);
                 num_stored = self.thin(num_older);
@@ -89,8 +84,8 @@ impl Nodes {
     /// The nearest node that may share its view with a camera at this pose after a loop.
     pub(super) fn revisited(&self, before: usize, T_world_camera: &Pose3, path_length: f64) -> Option<usize> {
         let near = self.all[..before].iter().enumerate().filter_map(|(index, node)| {
-            // A loop is longer than two submaps.
-            if path_length - node.path_length <= 4.0 * SUBMAP_HALF_LENGTH || node.surfaces.is_none() {
+            // A loop leaves the view and returns.
+            if path_length - node.path_length <= 2.0 * MAX_VIEW_DISTANCE || node.surfaces.is_none() {
                 return None;
             }
             Some((apart_within(&node.T_world_camera, T_world_camera, MAX_REVISIT_DISTANCE)?, index))
@@ -100,18 +95,14 @@ impl Nodes {
 
     /// The recent nodes.
     pub(super) fn recent(&self) -> Range<usize> {
-        let path_length = self.all.last().map_or(0.0, |node| node.path_length);
-        let first = self.all.partition_point(|node| node.path_length < path_length - SUBMAP_HALF_LENGTH);
-        first.max(self.all.len().saturating_sub(MAX_SUBMAP_FRAMES))..self.all.len()
+        self.len().saturating_sub(MAX_SUBMAP_FRAMES)..self.len()
     }
 
     /// The nodes around one that have surfaces.
     pub(super) fn around(&self, index: usize) -> Vec<usize> {
-        let path_length = self.all[index].path_length;
-        let is_near = |&node: &usize| (self.all[node].path_length - path_length).abs() <= SUBMAP_HALF_LENGTH;
         let has_surfaces = |node: &usize| self.all[*node].surfaces.is_some();
-        let before = (0..index).rev().take_while(is_near).filter(has_surfaces).take(MAX_SUBMAP_FRAMES / 2);
-        let from = (index..self.all.len()).take_while(is_near).filter(has_surfaces).take(MAX_SUBMAP_FRAMES / 2 + 1);
+        let before = (0..index).rev().filter(has_surfaces).take(MAX_SUBMAP_FRAMES / 2);
+        let from = (index..self.len()).filter(has_surfaces).take(MAX_SUBMAP_FRAMES / 2 + 1);
         let mut around: Vec<usize> = before.chain(from).collect();
         around.sort_unstable();
         around
