@@ -44,13 +44,8 @@ function lines(rows: number[][]) {
   return rows.map((row) => `${row.join(' ')}\n`).join('');
 }
 
-/** Whether a structured file holds one pose, as those have that are one a frame. */
-export function holdsOnePose(bytes: Uint8Array) {
-  return poseOfFrame(new TextDecoder().decode(bytes)) !== null;
-}
-
-/** The line of a structured text with one pose; null where it is none. */
-function poseOfFrame(text: string) {
+/** The line of a structured text with one pose, as those have that are one a frame; null where it is none. */
+export function poseOfFrame(text: string) {
   const tree = readDocument(text);
   const [only, ...others] = typeof tree === 'object' && tree !== null ? matricesOf(tree) : [];
   return only && others.length === 0 ? lines([only.matrix]) : null;

@@ -6,7 +6,7 @@ import { baseOf, commonFolder, depthOf, folderOf, isNear, seriesOf, wordsOf } fr
 import type { ListedFile } from '../files/recording.js';
 import { type Frames, rankOfCamera, type Read } from './cameras.js';
 import { isListName } from './lists.js';
-import { holdsOnePose, isPoseDocument, MAX_POSE_DOCUMENT_BYTES, posesOfDocument } from './pose_file.js';
+import { isPoseDocument, MAX_POSE_DOCUMENT_BYTES, poseOfFrame, posesOfDocument } from './pose_file.js';
 
 type Candidate = { paths: string[]; likelihood: number; fits: number; closeness: number };
 
@@ -104,8 +104,10 @@ async function posesPerFrame(files: readonly ListedFile[], { root, keys }: Frame
   const candidates: Candidate[] = [];
   const aside: { paths: string[]; note: Note }[] = [];
   for (const { folder, members } of keys.length < 2 ? [] : seriesOf(files)) {
-    const [first = ''] = members.map(({ path }) => path);
-    const likely = likelihood(first) || likelihood(folder) || (await likelihoodWithin(first, members.length, read));
+    const likely =
+      likelihood(members[0]?.path ?? '') ||
+      likelihood(folder) ||
+      ((await holdPoses(members, read)) ? likelihood('pose') : 0);
     const pathOf = new Map(members.map(({ key, path }) => [key, path]));
     const paths = keys.flatMap((key) => pathOf.get(key) ?? []);
     if (likely > 0 && isShifted(members, keys)) {
@@ -132,11 +134,13 @@ async function posesPerFrame(files: readonly ListedFile[], { root, keys }: Frame
   return { candidate: candidates.sort((a, b) => b.likelihood - a.likelihood)[0] ?? null, aside };
 }
 
-/** Where names tell nothing: phones write the pose of a frame beside its camera. */
-async function likelihoodWithin(first: string, count: number, read: Read) {
-  if (!isPoseDocument(first) || count < 2) return 0;
-  const bytes = await read(first, MAX_POSE_DOCUMENT_BYTES);
-  return bytes && holdsOnePose(bytes) ? likelihood('pose') : 0;
+/** Whether each holds the pose of its frame, where names tell nothing: that of the last is another than that of the first. */
+async function holdPoses(members: readonly { path: string }[], read: Read) {
+  const ends = [members[0]?.path ?? '', members.at(-1)?.path ?? ''];
+  if (members.length < 2 || !ends.every(isPoseDocument)) return false;
+  const files = await Promise.all(ends.map((path) => read(path, MAX_POSE_DOCUMENT_BYTES)));
+  const [first, last] = files.map((bytes) => bytes && poseOfFrame(new TextDecoder().decode(bytes)));
+  return Boolean(first && last && first !== last);
 }
 
 /** isFull: with their rotation */
