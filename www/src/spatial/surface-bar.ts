@@ -153,14 +153,16 @@ function deviationLegend(top: number, ramp: readonly Rgb[], hasFilled: boolean):
 }
 
 /** How large it is, and what it is made of; empty without a surface. */
-export function surfaceWords({ mesh, num_frames, voxelSize }: SurfaceState): string {
+export function surfaceWords({ mesh, numPlaced, num_frames, voxelSize }: SurfaceState): string {
   if (!mesh) return '';
   const size = plural(mesh.triangles.length / 3, 'triangle');
   const of =
     num_frames === mesh.num_frames
       ? plural(num_frames, 'frame')
       : `${formatCount(mesh.num_frames)} of ${plural(num_frames, 'frame')}`;
-  const leftOut = num_frames === mesh.num_frames ? '' : ', those with a good pose';
+  // While the run goes on, images near others wait for its end.
+  const rest = mesh.num_frames < numPlaced ? ' so far' : ', those with a good pose';
+  const leftOut = num_frames === mesh.num_frames ? '' : rest;
   const voxels = `voxels of ${Number((100 * mesh.voxel_size).toPrecision(2))} cm`;
   const isLarger = mesh.voxel_size > 1.2 * voxelSize;
   const limit = mesh.is_of_clouds
