@@ -37,6 +37,7 @@ pub(crate) const GREY_UNIT: f64 = 1.0 / 256.0;
 
 impl Brightness {
     /// From a colour image: the mean of the three channels.
+    #[inline(never)]
     pub fn new(colors: &ColorImage) -> Self {
         let (width, height) = (colors.width / FINEST_BINNING, colors.height / FINEST_BINNING);
         let grey = |[r, g, b]: [u8; 3]| u32::from(r) + u32::from(g) + u32::from(b);

@@ -46,12 +46,14 @@ impl DepthImage {
     /// The image with its values made depth; nothing measured stays nothing.
     pub(crate) fn read_as(mut self, values: DepthValues) -> Self {
         let largest = self.largest_value();
-        let depth = |value: u16| match values {
-            DepthValues::SwappedBytes => value.swap_bytes(),
-            DepthValues::Inverted if value > 0 => largest - value.min(largest),
-            _ => value,
-        };
-        self.values.iter_mut().for_each(|value| *value = depth(*value));
+        match values {
+            DepthValues::ToldFromData | DepthValues::Depth => {}
+            DepthValues::SwappedBytes => self.values.iter_mut().for_each(|value| *value = value.swap_bytes()),
+            DepthValues::Inverted => {
+                let measured = self.values.iter_mut().filter(|value| **value > 0);
+                measured.for_each(|value| *value = largest - largest.min(*value));
+            }
+        }
         self
     }
 
@@ -62,6 +64,7 @@ impl DepthImage {
 
     /// Difference of neighbouring values in a row over their sum, 0..=1, over the whole image; without the largest value, which
     /// stands for no return in some images and is the same in either order of its bytes.
+    #[inline(never)]
     fn roughness(&self, read: impl Fn(u16) -> u16) -> f64 {
         let rows = self.values.chunks_exact(self.width.max(1));
         let measured = 1..self.largest_value();
@@ -76,6 +79,7 @@ impl DepthImage {
 
     /// Whether the farthest surface has the largest value that the type can hold, as in an image that was stretched to the full
     /// range. Where many more are cut off at that value, or it stands for no return, the values just below it are rarer.
+    #[inline(never)]
     pub(crate) fn fills_range(&self) -> bool {
         let largest = match self.bits {
             16 => u16::MAX,
@@ -101,12 +105,14 @@ impl DepthImage {
     }
 
     /// The largest raw value.
+    #[inline(never)]
     pub(crate) fn largest(&self) -> u16 {
         // Not by `Iterator::max`, which compares pixel by pixel.
         self.values.iter().fold(0, |largest, &value| largest.max(value))
     }
 
     /// Number of pixels of each raw value, up to the largest one.
+    #[inline(never)]
     fn histogram(&self) -> Vec<usize> {
         let mut counts = vec![0; usize::from(self.largest()) + 1];
         for &value in &self.values {

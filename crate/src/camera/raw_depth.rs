@@ -158,6 +158,7 @@ const KINECT_RAW_NONE: u16 = 2047;
 const MIN_KINECT_NONE: f64 = 8.0 / 640.0;
 
 /// Whether these are a Kinect's raw values: no zero, none above 2047, and so many of that.
+#[inline(never)]
 pub fn holds_kinect_raw(image: &DepthImage) -> bool {
     let num_none = image.values.iter().filter(|&&value| value == KINECT_RAW_NONE).count();
     let is_of_11_bits = image.bits > 8 && image.values.iter().all(|value| (1..=KINECT_RAW_NONE).contains(value));

@@ -44,6 +44,14 @@ impl SurfelImage {
     pub fn surfels(&self) -> impl Iterator<Item = &Surfel> {
         self.cells.iter().flatten()
     }
+
+    /// Mean of the squares of their depths (m^2); 0 without any.
+    #[inline(never)]
+    pub(crate) fn mean_square_depth(&self) -> f64 {
+        let squares = self.surfels().map(|surfel| surfel.point.z * surfel.point.z);
+        let (sum, count) = squares.fold((0.0, 0_u32), |(sum, count), square| (sum + square, count + 1));
+        sum / f64::from(count.max(1))
+    }
 }
 
 /// The camera whose pixels are the cells of `camera`'s image. Incomplete cells at the right and at the bottom are left out.

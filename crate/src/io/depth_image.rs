@@ -61,6 +61,7 @@ fn read_png(bytes: &[u8]) -> Result<DepthImage> {
 }
 
 /// The grey values of a picture, row by row.
+#[inline(never)]
 fn grey_values(data: &[u8], width: usize, channels: usize, depth: png::BitDepth) -> Result<Vec<u16>> {
     Ok(match depth {
         png::BitDepth::Sixteen => {

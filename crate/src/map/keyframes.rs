@@ -52,6 +52,7 @@ const SURFACE_TOLERANCE: f64 = 0.05;
 
 impl Keyframes {
     /// Adds a frame, unless it is nearer to another keyframe than the spacing.
+    #[inline(never)]
     pub fn add(&mut self, frame: &PreparedSurfels, number: u32, T_world_camera: &Pose3) {
         if !is_keyframe(T_world_camera, self.keyframes.iter().map(|known| &known.T_world_camera)) {
             return;

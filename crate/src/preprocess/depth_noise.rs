@@ -21,6 +21,7 @@ const NOISE_QUANTILE: f64 = 0.1;
 
 /// Standard deviation of the depth divided by its square (1/m), without the quantisation of the raw values: the largest of all
 /// depth classes. 0 where no window is complete.
+#[inline(never)]
 pub fn estimate_depth_noise(image: &DepthImage, usable: &[bool], camera: &Pinhole, model: &DepthModel) -> f64 {
     let mut classes: [Vec<f64>; DEPTH_CLASSES.len() + 1] = Default::default();
     for top in (0..(image.height + 1).saturating_sub(WINDOW)).step_by(WINDOW / 2) {

@@ -15,6 +15,7 @@ const MIN_EDGE_PIXELS: usize = 3;
 const WRAPPED_RANGE_DIVISOR: u16 = 3;
 
 /// Whether each pixel has a valid depth: neither 0 nor wrapped. Only images of 8 bits or fewer wrap.
+#[inline(never)]
 pub fn usable_pixels(image: &DepthImage) -> Vec<bool> {
     let mut usable: Vec<bool> = image.values.iter().map(|&value| value > 0).collect();
     let largest = image.largest();

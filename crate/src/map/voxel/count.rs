@@ -1,9 +1,12 @@
 //! Number of voxels that a map would have.
 
+use glam::Vec3;
 use rustc_hash::FxHashMap;
 
 use super::grid::{Grid, pack, unpack};
+use super::{NUM_RECENT_BLOCKS, recent_slot};
 use crate::geometry::{PointCloud, Pose3};
+use crate::preprocess::map_image::MapImage;
 
 /// Voxels along a side of a block: it has as many as a number has bits, so that the sparse points of a lidar take little more than their
 /// keys.
@@ -24,20 +27,21 @@ impl VoxelCount {
     }
 
     /// Adds the points that [`VoxelMap::insert`](super::VoxelMap::insert) would.
+    #[inline(never)]
     pub fn insert(&mut self, cloud: &PointCloud, T_world_sensor: &Pose3, max_height: f64) {
         let grid = Grid::new(self.voxel_size, T_world_sensor, max_height);
-        let mut last = (u64::MAX, 0);
-        for &position in &cloud.positions {
-            let Some(corner) = grid.corner(position) else { continue };
-            let key = pack(corner.map(|cell| cell.div_euclid(BLOCK)));
-            if key != last.0 {
-                self.fill(last);
-                last = (key, 0);
-            }
-            let [x, y, z] = corner.map(|cell| cell.rem_euclid(BLOCK));
-            last.1 |= 1 << ((z * BLOCK + y) * BLOCK + x);
-        }
-        self.fill(last);
+        let mut filling = Filling::new(self);
+        cloud.positions.iter().for_each(|&position| filling.add_position(&grid, position));
+        filling.finish();
+    }
+
+    /// The same for the points of an image, with `shift` (m) added to their depths.
+    #[inline(never)]
+    pub(crate) fn insert_image(&mut self, image: &MapImage, shift: f64, T_world_sensor: &Pose3, max_height: f64) {
+        let grid = Grid::new(self.voxel_size, T_world_sensor, max_height);
+        let mut filling = Filling::new(self);
+        image.for_each_point(shift, |position, _, _| filling.add_position(&grid, position));
+        filling.finish();
     }
 
     fn fill(&mut self, (key, filled): (u64, u64)) {
@@ -56,25 +60,67 @@ impl VoxelCount {
         self.blocks.is_empty()
     }
 
-    /// Number of voxels with a side of `multiple` times this one's.
-    pub fn len_of_multiple(&self, multiple: i32) -> usize {
-        let (multiple, mut coarser) = (multiple.max(1), Vec::new());
-        for (&key, &filled) in &self.blocks {
-            let first = unpack(key).map(|block| block * BLOCK);
-            let mut rest = filled;
-            while rest != 0 {
-                let bit = rest.trailing_zeros().cast_signed();
-                rest &= rest - 1;
-                let corner = [first[0] + bit % BLOCK, first[1] + bit / BLOCK % BLOCK, first[2] + bit / (BLOCK * BLOCK)];
-                let key = pack(corner.map(|cell| cell.div_euclid(multiple)));
-                // Neighbours mostly lie in the same coarse voxel.
-                if coarser.last() != Some(&key) {
-                    coarser.push(key);
-                }
-            }
+    /// The same points counted in voxels of another size (m), where that is a multiple of this one's.
+    pub fn in_voxels_of(&self, voxel_size: f64) -> Option<Self> {
+        let multiple = (voxel_size / self.voxel_size).round().max(1.0);
+        if (multiple * self.voxel_size - voxel_size).abs() > 1e-9 * voxel_size {
+            return None;
         }
-        coarser.sort_unstable();
-        coarser.dedup();
-        coarser.len()
+        let mut coarser = Self::new(voxel_size);
+        let mut filling = Filling::new(&mut coarser);
+        for (&key, &filled) in &self.blocks {
+            filling.add_block(key, filled, multiple as i32);
+        }
+        filling.finish();
+        Some(coarser)
+    }
+}
+
+/// Fills voxels. Neighbours mostly lie in blocks that were looked up shortly before: their bits are collected.
+struct Filling<'a> {
+    count: &'a mut VoxelCount,
+    /// Keys of recent blocks, [`u64::MAX`] for none, and the bits that are still to be filled.
+    recent: [(u64, u64); NUM_RECENT_BLOCKS],
+}
+
+impl<'a> Filling<'a> {
+    fn new(count: &'a mut VoxelCount) -> Self {
+        Self { count, recent: [(u64::MAX, 0); NUM_RECENT_BLOCKS] }
+    }
+
+    /// A position in the sensor's frame (m).
+    #[inline]
+    fn add_position(&mut self, grid: &Grid, position: Vec3) {
+        if let Some(corner) = grid.corner(position) {
+            self.add(corner);
+        }
+    }
+
+    #[inline]
+    fn add(&mut self, corner: [i32; 3]) {
+        let key = pack(corner.map(|cell| cell.div_euclid(BLOCK)));
+        let block = &mut self.recent[recent_slot(key)];
+        if block.0 != key {
+            let before = std::mem::replace(block, (key, 0));
+            self.count.fill(before);
+        }
+        let [x, y, z] = corner.map(|cell| cell.rem_euclid(BLOCK));
+        block.1 |= 1 << ((z * BLOCK + y) * BLOCK + x);
+    }
+
+    /// The voxels of a block of a finer count, of whose sides `multiple` are one here.
+    #[inline(never)]
+    fn add_block(&mut self, key: u64, mut filled: u64, multiple: i32) {
+        let first = unpack(key).map(|block| block * BLOCK);
+        while filled != 0 {
+            let bit = filled.trailing_zeros().cast_signed();
+            filled &= filled - 1;
+            let corner = [first[0] + bit % BLOCK, first[1] + bit / BLOCK % BLOCK, first[2] + bit / (BLOCK * BLOCK)];
+            self.add(corner.map(|cell| cell.div_euclid(multiple)));
+        }
+    }
+
+    fn finish(self) {
+        self.recent.into_iter().for_each(|block| self.count.fill(block));
     }
 }

@@ -322,8 +322,10 @@ mod tests {
         fine.insert(&cloud, &Pose3::identity(), 0.5);
         assert_eq!(fine.len(), filled(0.0625));
         for multiple in [1, 2, 5] {
-            assert_eq!(fine.len_of_multiple(multiple), filled(0.0625 * f64::from(multiple)));
+            let size = 0.0625 * f64::from(multiple);
+            assert_eq!(fine.in_voxels_of(size).map(|count| count.len()), Some(filled(size)));
         }
+        assert!(fine.in_voxels_of(0.09).is_none() && fine.in_voxels_of(0.03125).is_none());
     }
 
     #[test]

@@ -85,6 +85,7 @@ impl ErrorPropagation {
 
     /// Adds a registered frame, with the covariance that is open of its position (`None` where nothing bounds it), and returns the
     /// covariance of its error.
+    #[inline(never)]
     pub(super) fn add_registered(
         &mut self,
         number: u32,
@@ -98,6 +99,7 @@ impl ErrorPropagation {
 }
 
 /// The part of the normal matrix that comes from the surfaces of each frame, by the frame's number.
+#[inline(never)]
 fn normal_matrices(hypothesis: &PoseHypothesis, reference: &ReferenceMap) -> FxHashMap<u32, Matrix6<f64>> {
     let view = &hypothesis.view;
     let mut pairs: FxHashMap<u32, Vec<Correspondence<Vector3<f64>>>> = FxHashMap::default();

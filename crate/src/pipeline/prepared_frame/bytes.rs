@@ -227,6 +227,7 @@ fn most_bytes_of(PreparedSurfels { image, picked, coarse, textured, .. }: &Prepa
 }
 
 /// The filled cells, each with its piece of surface.
+#[inline(never)]
 fn put_surfels(bytes: &mut Vec<u8>, image: &SurfelImage) {
     bytes.extend((image.surfels().count() as u64).to_le_bytes());
     for (cell, surfel) in (0u32..).zip(image.cells.iter()) {

@@ -44,6 +44,7 @@ impl FocalLength {
     }
 
     /// Compares a good frame with the earlier views that are turned least from it, if it is a new view.
+    #[inline(never)]
     pub(super) fn record(&mut self, surfels: &PreparedSurfels, estimate: &SpatialEstimate) {
         let is_used = estimate.assessment.status == Status::Good && estimate.is_in_map;
         if self.assumed.is_none() || !is_used || self.views.len() == MAX_VIEWS {

@@ -219,9 +219,8 @@ impl QuantisationHypothesis {
                 self.focal_length.record(surfels, &estimate);
                 // Frames outside the map say nothing of the quantisation.
                 if let Some(registration) = estimate.registration.as_ref().filter(|_| estimate.is_in_map) {
-                    let sq_depths: f64 = surfels.image.surfels().map(|surfel| surfel.point.z * surfel.point.z).sum();
-                    let sq_depth = sq_depths / surfels.image.surfels().count().max(1) as f64;
-                    self.misfit += registration.last.inlier_rmse.powi(2) / sq_depth.max(f64::MIN_POSITIVE);
+                    let sq_depth = surfels.image.mean_square_depth().max(f64::MIN_POSITIVE);
+                    self.misfit += registration.last.inlier_rmse.powi(2) / sq_depth;
                     self.num_registered += 1;
                 }
                 estimate

@@ -93,30 +93,39 @@ impl SpatialReconstruction {
         Some(PreparedFrame { label, surfaces, map_points, gyro, notes, values: ValuesSeen::default() }.to_bytes())
     }
 
-    /// What the map would take in voxels of other sizes (m, positive).
+    /// What the map would take in voxels of other sizes (m, positive); quickest from the smallest to the largest.
     pub fn map_sizes(&self, voxel_sizes: &[f64]) -> Vec<MapSize> {
-        let finest = voxel_sizes.iter().copied().fold(f64::INFINITY, f64::min);
-        let count = |voxel_size| {
-            let mut count = VoxelCount::new(voxel_size);
-            for (cloud, pose) in self.placed_clouds() {
-                count.insert(&cloud, &pose, self.settings.max_height);
-            }
-            count
-        };
         let has_colors = self.frames.iter().any(|frame| match &frame.map_points {
             MapPoints::Image(image, _) => image.colors.is_some(),
             MapPoints::Cloud(cloud) => cloud.colors.is_some(),
         });
         // Position and normal in single precision, and three bytes of colour.
         let bytes_a_point = if has_colors { 27 } else { 24 };
-        let finest_count = count(finest);
-        let size = |&voxel_size: &f64| {
-            let multiple = (voxel_size / finest).round();
-            let is_multiple = (multiple * finest - voxel_size).abs() < 1e-9 * voxel_size;
-            let num_points =
-                if is_multiple { finest_count.len_of_multiple(multiple as i32) } else { count(voxel_size).len() };
+        let mut counts: Vec<VoxelCount> = Vec::new();
+        for &voxel_size in voxel_sizes {
+            let known = counts.iter().rev().find_map(|finer| finer.in_voxels_of(voxel_size));
+            counts.push(known.unwrap_or_else(|| self.count_voxels(voxel_size)));
+        }
+        let size = |(&voxel_size, count): (&f64, &VoxelCount)| {
+            let num_points = count.len();
             MapSize { voxel_size, num_points, num_bytes: num_points * bytes_a_point }
         };
-        voxel_sizes.iter().map(size).collect()
+        voxel_sizes.iter().zip(&counts).map(size).collect()
+    }
+
+    fn count_voxels(&self, voxel_size: f64) -> VoxelCount {
+        let (quantisation, max_height) = (self.map_quantisation(), self.settings.max_height);
+        let mut count = VoxelCount::new(voxel_size);
+        for (frame, pose) in self.frames.iter().zip(self.poses_up_to(Status::Good)) {
+            match (&frame.map_points, &pose) {
+                (_, None) => {}
+                (MapPoints::Image(image, prepared_as), Some(pose)) => {
+                    let shift = quantisation.shift_from(*prepared_as, self.depth_step());
+                    count.insert_image(image, shift, pose, max_height);
+                }
+                (MapPoints::Cloud(cloud), Some(pose)) => count.insert(cloud, pose, max_height),
+            }
+        }
+        count
     }
 }

@@ -93,6 +93,7 @@ impl SpatialLoops {
     }
 
     /// Adds a frame with its estimate; frames that are not part of the map are ignored.
+    #[inline(never)]
     pub fn add(&mut self, number: u32, frame: &PreparedSurfels, estimate: &SpatialEstimate) {
         if !estimate.is_in_map {
             return;
