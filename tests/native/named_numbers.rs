@@ -20,7 +20,7 @@ fn each_number_of_the_laser_path_says_what_it_decides_and_they_do_not_become_mor
 /// Of 86 once.
 #[test]
 fn each_number_of_the_depth_path_says_what_it_decides_and_they_do_not_become_more() {
-    check(DEPTH_PATH, 33);
+    check(DEPTH_PATH, 30);
 }
 
 /// Of 43 once.

@@ -23,7 +23,7 @@ use crate::registration::target::Target;
 
 /// Frames whose errors are kept. Of more, every other one is dropped, and the next one kept stands for it: a frame costs a
 /// hundred thousand multiplications, however many there are.
-const MAX_FRAMES: usize = 32;
+pub(super) const MAX_FRAMES: usize = 32;
 
 /// The joint covariance of the errors of frames.
 #[derive(Clone)]

@@ -5,8 +5,6 @@
 //! their spread gives the variance (kernel regression: Nadaraya, "On estimating regression", 1964). Two motions are similar if they differ
 //! by no more than two registrations of one pose.
 
-use std::collections::VecDeque;
-
 use nalgebra::{Vector3, Vector6};
 
 use super::evidence::FINE_TOLERANCE;
@@ -15,15 +13,13 @@ use crate::geometry::Pose3;
 use crate::geometry::pose_distance::METRES_PER_RADIAN;
 use crate::geometry::quantile::MIN_SAMPLE;
 
-/// The latest motions that are stored. With half as many, d435_robot of 424 x 240 pixels has 30 doubtful frames (17).
-const MAX_MOTIONS: usize = 64;
 /// Largest ratio of a motion to the largest one before it.
 const FASTER: f64 = 2.0;
 
-/// The latest motions between consecutive frames with certain poses, in the camera's frame.
+/// The motions between consecutive frames with certain poses, in the camera's frame.
 #[derive(Clone, Default)]
 pub(super) struct MotionPrior {
-    motions: VecDeque<Vector6<f64>>,
+    motions: Vec<Vector6<f64>>,
 }
 
 /// The predicted motion along a direction.
@@ -37,10 +33,7 @@ pub(super) struct PredictedMotion {
 
 impl MotionPrior {
     pub(super) fn push(&mut self, motion: &Pose3) {
-        if self.motions.len() == MAX_MOTIONS {
-            self.motions.pop_front();
-        }
-        self.motions.push_back(twist(motion));
+        self.motions.push(twist(motion));
     }
 
     /// How far (m) the camera may come in a number of steps, where there are enough motions to tell.

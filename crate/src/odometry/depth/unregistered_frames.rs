@@ -1,14 +1,12 @@
-//! Frames that are not part of the map yet. Relocalization tries them again when the map has grown.
+//! Frames that are not part of the map yet, the latest within a bound of memory. Relocalization tries them again when the map has grown.
 
 use std::collections::VecDeque;
 
 use super::SpatialEstimate;
 use crate::geometry::Pose3;
+use crate::map::keyframes::MAX_BYTES;
 use crate::odometry::assessment::Assessment;
 use crate::registration::prepared_surfels::PreparedSurfels;
-
-/// The latest frames that are stored; each takes about a megabyte.
-const MAX_FRAMES: usize = 40;
 
 /// A frame that waits for relocalization.
 #[derive(Clone)]
@@ -30,11 +28,11 @@ pub(super) struct UnregisteredFrames {
 
 impl UnregisteredFrames {
     pub(super) fn push(&mut self, number: u32, frame: &PreparedSurfels, estimate: &SpatialEstimate) {
-        if self.frames.len() == MAX_FRAMES {
-            self.frames.pop_front();
-        }
         let (T_world_sensor, assessment) = (estimate.T_world_sensor, estimate.assessment.clone());
         self.frames.push_back(UnregisteredFrame { number, frame: frame.clone(), T_world_sensor, assessment });
+        while self.frames.iter().map(|stored| stored.frame.num_bytes()).sum::<usize>() > MAX_BYTES {
+            self.frames.pop_front();
+        }
     }
 
     pub(super) fn numbers(&self) -> Vec<u32> {

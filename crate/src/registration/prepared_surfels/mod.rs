@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use self::surfel_cloud::NormalBins;
 pub(crate) use self::surfel_cloud::SurfelCloud;
-use crate::camera::Pinhole;
 use crate::camera::surfel_image::{SurfelImage, cell_camera};
+use crate::camera::{Brightness, Pinhole};
 use crate::preprocess::color_registration::OutlineContrast;
 use crate::registration::photometric::{TexturedPoint, textured_points};
 use crate::registration::projective::{PackedSurfel, ProjectiveTarget};
@@ -74,6 +74,12 @@ impl PreparedSurfels {
         let coarse = Arc::new(ProjectiveTarget::of_frame(&image, COARSE_SIDE).packed_surfels());
         let textured = textured_points(&image);
         Self { image, picked, coarse, textured, outline_contrast: OutlineContrast::default() }
+    }
+
+    /// Memory of its surfels and its brightness, most of what it takes on the heap (bytes).
+    pub(crate) fn num_bytes(&self) -> usize {
+        let brightness = self.image.brightness.as_deref().map_or(0, Brightness::num_bytes);
+        size_of_val(self.image.cells.as_slice()) + brightness
     }
 
     pub(crate) fn sparse(&self) -> SurfelCloud {

@@ -2,6 +2,7 @@
 
 use nalgebra::Matrix3;
 
+use super::super::error_propagation::MAX_FRAMES;
 use super::super::frame_matcher::FrameMatcher;
 use super::super::hypotheses::SAME_POSE_DISTANCE;
 use super::super::pose_hypothesis::PoseHypothesis;
@@ -15,9 +16,6 @@ use crate::geometry::Pose3;
 use crate::geometry::pose_distance::pose_distance;
 use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::prepared_surfels::PreparedSurfels;
-
-/// Largest number of tentative branches; each stores the blocks of the map that have changed since.
-const MAX_BRANCHES: usize = 4;
 
 /// The members since one with an uncertain pose. An error of that pose carries over to all poses after it, until a frame is
 /// registered to the map from before the branch and thereby resolves it.
@@ -120,7 +118,8 @@ impl Chain {
     ) -> SpatialEstimate {
         self.surfaces_repeat |= hypothesis.second_basin.is_some();
         let goes_on = !self.branches.is_empty() && self.members.last().is_some_and(|last| !last.is_certain());
-        if !goes_on && self.branches.len() < MAX_BRANCHES {
+        // No more branches than frames whose errors are known: each stores the blocks of the map that have changed since.
+        if !goes_on && self.branches.len() < MAX_FRAMES {
             self.branches.push(Branch { map_before: self.reference.clone(), num_before: self.members.len() });
         }
         self.append(number, frame, hypothesis, Some(assessment))
