@@ -94,14 +94,14 @@ impl DepthImage {
     /// The value at which depth seems to be cut off: the largest one, which many pixels have and few have nearly. A flat wall that is
     /// rendered square on looks like that, too.
     pub(crate) fn cut_off(&self) -> Option<u16> {
-        let counts = self.histogram();
-        let largest = counts.len() - 1;
-        let near = counts[(CUT_OFF_FROM * largest as f64) as usize..largest].iter().max()?;
-        let num_measured = self.values.len() - counts[0];
-        let is_cut_off = counts[largest] > MIN_CUT_OFF_RATIO * near
-            && counts[largest] as f64 > OUTLIER_SHARE * num_measured as f64
-            && largest < usize::from(self.largest_value());
-        is_cut_off.then_some(largest as u16)
+        let largest = self.largest();
+        let count = |value: u16| self.values.iter().filter(|&&other| other == value).count();
+        let (num_largest, num_measured) = (count(largest), self.values.len() - count(0));
+        if num_largest as f64 <= OUTLIER_SHARE * num_measured as f64 || largest >= self.largest_value() {
+            return None;
+        }
+        let nearly = &self.histogram()[(CUT_OFF_FROM * f64::from(largest)) as usize..usize::from(largest)];
+        (num_largest > MIN_CUT_OFF_RATIO * nearly.iter().max()?).then_some(largest)
     }
 
     /// The largest raw value.

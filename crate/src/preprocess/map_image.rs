@@ -90,8 +90,11 @@ impl MapImage {
             }
         }
         let colors = colors.map(|colors| {
-            let rows = colors.pixels.chunks_exact(colors.width.max(1)).step_by(stride);
-            rows.flat_map(|row| row.iter().step_by(stride).copied()).collect()
+            let mut kept = Vec::with_capacity(width * height);
+            for row in colors.pixels.chunks_exact(colors.width.max(1)).step_by(stride) {
+                kept.extend(row.iter().step_by(stride));
+            }
+            kept
         });
         Self { camera, unit: unit as f32, depths, normals, colors }
     }
