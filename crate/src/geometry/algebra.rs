@@ -66,6 +66,8 @@ pub trait SquareMatrix:
     fn from_diagonal(diagonal: &Self::Vector) -> Self;
     /// `a b^T`.
     fn outer(a: &Self::Vector, b: &Self::Vector) -> Self;
+    /// `self += a b^T`.
+    fn add_outer(&mut self, a: &Self::Vector, b: &Self::Vector);
     /// Sum of the diagonal.
     fn trace(&self) -> f64;
     /// The entries of the diagonal.
@@ -157,6 +159,15 @@ impl<const N: usize> SquareMatrix for SMatrix<f64, N, N> {
     #[inline]
     fn outer(a: &Self::Vector, b: &Self::Vector) -> Self {
         a * b.transpose()
+    }
+
+    #[inline]
+    fn add_outer(&mut self, a: &Self::Vector, b: &Self::Vector) {
+        for (own_column, factor) in self.data.0.iter_mut().zip(b.iter()) {
+            for (own, a) in own_column.iter_mut().zip(a.iter()) {
+                *own += a * factor;
+            }
+        }
     }
 
     fn trace(&self) -> f64 {

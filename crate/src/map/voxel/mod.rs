@@ -322,7 +322,7 @@ mod tests {
         fine.insert(&cloud, &Pose3::identity(), 0.5);
         assert_eq!(fine.len(), filled(0.0625));
         for multiple in [1, 2, 5] {
-            assert_eq!(fine.len_of_multiple(multiple), filled(0.0625 * f64::from(multiple)));
+            assert_eq!(fine.coarser(multiple).len(), filled(0.0625 * f64::from(multiple)));
         }
     }
 

@@ -96,10 +96,19 @@ impl SpatialReconstruction {
     /// What the map would take in voxels of other sizes (m, positive).
     pub fn map_sizes(&self, voxel_sizes: &[f64]) -> Vec<MapSize> {
         let finest = voxel_sizes.iter().copied().fold(f64::INFINITY, f64::min);
+        let poses = self.poses_up_to(Status::Good);
+        let max_height = self.settings.max_height;
         let count = |voxel_size| {
             let mut count = VoxelCount::new(voxel_size);
-            for (cloud, pose) in self.placed_clouds() {
-                count.insert(&cloud, &pose, self.settings.max_height);
+            for (frame, pose) in self.frames.iter().zip(&poses) {
+                match (&frame.map_points, pose) {
+                    (_, None) => {}
+                    (MapPoints::Image(image, prepared_as), Some(pose)) => {
+                        let shift = self.map_quantisation().shift_from(*prepared_as, self.depth_step());
+                        count.insert_image(image, shift, pose, max_height);
+                    }
+                    (MapPoints::Cloud(cloud), Some(pose)) => count.insert(cloud, pose, max_height),
+                }
             }
             count
         };
@@ -114,7 +123,7 @@ impl SpatialReconstruction {
             let multiple = (voxel_size / finest).round();
             let is_multiple = (multiple * finest - voxel_size).abs() < 1e-9 * voxel_size;
             let num_points =
-                if is_multiple { finest_count.len_of_multiple(multiple as i32) } else { count(voxel_size).len() };
+                if is_multiple { finest_count.coarser(multiple as i32).len() } else { count(voxel_size).len() };
             MapSize { voxel_size, num_points, num_bytes: num_points * bytes_a_point }
         };
         voxel_sizes.iter().map(size).collect()
