@@ -66,8 +66,11 @@ pub trait SquareMatrix:
     fn from_diagonal(diagonal: &Self::Vector) -> Self;
     /// `a b^T`.
     fn outer(a: &Self::Vector, b: &Self::Vector) -> Self;
-    /// `self += a b^T`.
-    fn add_outer(&mut self, a: &Self::Vector, b: &Self::Vector);
+    /// `self += weight a a^T`, on and below the diagonal alone; [`symmetric`](Self::symmetric) fills the rest.
+    fn add_square(&mut self, a: &Self::Vector, weight: f64);
+    /// The symmetric matrix of what is on and below the diagonal.
+    #[must_use]
+    fn symmetric(self) -> Self;
     /// Sum of the diagonal.
     fn trace(&self) -> f64;
     /// The entries of the diagonal.
@@ -162,12 +165,18 @@ impl<const N: usize> SquareMatrix for SMatrix<f64, N, N> {
     }
 
     #[inline]
-    fn add_outer(&mut self, a: &Self::Vector, b: &Self::Vector) {
-        for (own_column, factor) in self.data.0.iter_mut().zip(b.iter()) {
-            for (own, a) in own_column.iter_mut().zip(a.iter()) {
-                *own += a * factor;
+    fn add_square(&mut self, a: &Self::Vector, weight: f64) {
+        for column in 0..N {
+            let factor = weight * a[column];
+            for row in column..N {
+                self.data.0[column][row] += a[row] * factor;
             }
         }
+    }
+
+    fn symmetric(mut self) -> Self {
+        self.fill_upper_triangle_with_lower_triangle();
+        self
     }
 
     fn trace(&self) -> f64 {

@@ -88,24 +88,28 @@ impl SurfelMap {
             spacings.push(MIN_SURFEL_SPACING.max(cell_width * surfel.point.z));
         }
         let mut surfels = frame.surfels();
-        view.nearest_of_each(&points, |index| 2.0 * spacings[index], |index, neighbor| {
-            let Some(surfel) = surfels.next() else { return };
-            let moved = Surfel { point: points[index], normal: R * surfel.normal, ..*surfel };
-            let Some(neighbor) = neighbor else { return self.add(moved, number) };
-            let (block, place) = parts(view.number(neighbor.index));
-            let Some(packed) = self.blocks.get(block).and_then(|block| block.surfels.get(place)).copied() else {
-                return;
-            };
-            let known = packed.surfel();
-            let across = known.normal.dot(&(moved.point - known.point));
-            let distance = SAME_SURFACE_DISTANCE + 2.0 * (known.sigma + moved.sigma);
-            if known.normal.dot(&moved.normal) > SAME_SURFACE_COSINE && across.abs() < distance {
-                let averaged = averaged(&known, &moved, across);
-                Arc::make_mut(&mut self.blocks[block]).surfels[place] = PackedSurfel::new(&averaged, packed.tag);
-            } else if f64::from(neighbor.sq_distance) > spacings[index] * spacings[index] {
-                self.add(moved, number);
-            }
-        });
+        view.nearest_of_each(
+            &points,
+            |index| 2.0 * spacings[index],
+            |index, neighbor| {
+                let Some(surfel) = surfels.next() else { return };
+                let moved = Surfel { point: points[index], normal: R * surfel.normal, ..*surfel };
+                let Some(neighbor) = neighbor else { return self.add(moved, number) };
+                let (block, place) = parts(view.number(neighbor.index));
+                let Some(packed) = self.blocks.get(block).and_then(|block| block.surfels.get(place)).copied() else {
+                    return;
+                };
+                let known = packed.surfel();
+                let across = known.normal.dot(&(moved.point - known.point));
+                let distance = SAME_SURFACE_DISTANCE + 2.0 * (known.sigma + moved.sigma);
+                if known.normal.dot(&moved.normal) > SAME_SURFACE_COSINE && across.abs() < distance {
+                    let averaged = averaged(&known, &moved, across);
+                    Arc::make_mut(&mut self.blocks[block]).surfels[place] = PackedSurfel::new(&averaged, packed.tag);
+                } else if f64::from(neighbor.sq_distance) > spacings[index] * spacings[index] {
+                    self.add(moved, number);
+                }
+            },
+        );
     }
 
     /// The frame that measured a surfel of a view first, by the surfel's number there.

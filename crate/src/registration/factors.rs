@@ -91,11 +91,10 @@ impl<M: RigidMotion, T: SurfaceTarget<Point = M::Point>> Factor<M, T> for PointT
         for c in correspondences {
             let Some(normal) = target.normal(c.target) else { continue };
             let gradient = M::gradient_along(&c.moved, &normal); // of n . (exp(delta) p - q)
-            let weighted = gradient * c.weight;
-            sums.H.add_outer(&weighted, &gradient);
-            sums.b += weighted * c.residual;
+            sums.H.add_square(&gradient, c.weight);
+            sums.b += gradient * (c.weight * c.residual);
         }
-        sums
+        NormalEquations { H: sums.H.symmetric(), ..sums }
     }
 }
 

@@ -63,9 +63,7 @@ impl VoxelCount {
         for (&key, &filled) in &self.blocks {
             // Along each axis, the coarser voxels of this block's.
             let cells = unpack(key).map(|block| {
-                std::array::from_fn::<i32, { BLOCK as usize }, _>(|at| {
-                    (block * BLOCK + at as i32).div_euclid(multiple)
-                })
+                std::array::from_fn::<i32, { BLOCK as usize }, _>(|at| (block * BLOCK + at as i32).div_euclid(multiple))
             });
             let mut rest = filled;
             while rest != 0 {

@@ -1,5 +1,7 @@
 //! A pose hypothesis: a registration with its evidence, and the conditions under which it is accepted.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use super::evidence::{FINE_TOLERANCE, LIMITS, MIN_AGREEMENT_DIFFERENCE, PoseEvidence, is_same_place};
@@ -21,7 +23,7 @@ pub(super) struct PoseHypothesis {
     /// The direction that the surfaces of the registration constrain least.
     pub(super) weakest: DegenerateDirection,
     /// The map as seen from about this pose.
-    pub(super) view: ProjectiveTarget,
+    pub(super) view: Arc<ProjectiveTarget>,
     /// Agreeing less contradicting surface, as a share of all; the score by which hypotheses are ranked.
     pub(super) support: f64,
     /// Share of the frame's surface that lies on the map, 0..=1.
@@ -66,7 +68,7 @@ impl PoseHypothesis {
         Self {
             registration,
             weakest,
-            view,
+            view: Arc::new(view),
             support,
             overlap,
             agreement,

@@ -139,7 +139,7 @@ fn sums(points: &[TexturedPoint], references: &[ReferenceKeyframe<'_>], T: &Pose
         let Some((residuals, weights, correlation)) = weighted_residuals(&comparisons) else { continue };
         for ((comparison, residual), weight) in comparisons.iter().zip(residuals).zip(weights) {
             let gradient = gradient(comparison);
-            sums.equations.H.add_outer(&(gradient * weight), &gradient);
+            sums.equations.H.add_square(&gradient, weight);
             let pull = gradient * (weight * residual);
             sums.equations.b += pull;
             sums.patches[points[comparison.index as usize].patch as usize] += pull;
@@ -147,6 +147,7 @@ fn sums(points: &[TexturedPoint], references: &[ReferenceKeyframe<'_>], T: &Pose
         sums.correlation += correlation * comparisons.len() as f64;
         sums.num_compared += comparisons.len();
     }
+    sums.equations.H = sums.equations.H.symmetric();
     sums.correlation /= sums.num_compared.max(1) as f64;
     sums
 }
