@@ -169,7 +169,7 @@ impl FrameMatcher<'_> {
         let mut sum = NormalEquations::<Pose3>::zeros();
         for pair in hypothesis.registration.correspondences.iter().step_by(CORRESPONDENCE_STRIDE) {
             let equations: NormalEquations<Pose3> =
-                PointToPlane.normal_equations(&*hypothesis.view, std::slice::from_ref(pair));
+                PointToPlane.normal_equations(&hypothesis.view, std::slice::from_ref(pair));
             let Some(pixel) = camera.project(&self.fine.points[pair.source as usize]) else { continue };
             let (column, row) = (pixel.x.max(0.0) as usize / PATCH_SIDE, pixel.y.max(0.0) as usize / PATCH_SIDE);
             sum.H += equations.H;

@@ -99,7 +99,7 @@ impl ErrorPropagation {
 
 /// The part of the normal matrix that comes from the surfaces of each frame, by the frame's number.
 fn normal_matrices(hypothesis: &PoseHypothesis, reference: &ReferenceMap) -> FxHashMap<u32, Matrix6<f64>> {
-    let view = &*hypothesis.view;
+    let view = &hypothesis.view;
     let mut pairs: FxHashMap<u32, Vec<Correspondence<Vector3<f64>>>> = FxHashMap::default();
     for pair in hypothesis.registration.correspondences.iter().step_by(CORRESPONDENCE_STRIDE) {
         // The partners of a frame that was tracked or corrected are not those of the map.

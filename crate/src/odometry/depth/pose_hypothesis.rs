@@ -1,7 +1,5 @@
 //! A pose hypothesis: a registration with its evidence, and the conditions under which it is accepted.
 
-use std::sync::Arc;
-
 use nalgebra::Vector3;
 
 use super::evidence::{FINE_TOLERANCE, LIMITS, MIN_AGREEMENT_DIFFERENCE, PoseEvidence, is_same_place};
@@ -23,7 +21,7 @@ pub(super) struct PoseHypothesis {
     /// The direction that the surfaces of the registration constrain least.
     pub(super) weakest: DegenerateDirection,
     /// The map as seen from about this pose.
-    pub(super) view: Arc<ProjectiveTarget>,
+    pub(super) view: ProjectiveTarget,
     /// Agreeing less contradicting surface, as a share of all; the score by which hypotheses are ranked.
     pub(super) support: f64,
     /// Share of the frame's surface that lies on the map, 0..=1.
@@ -68,7 +66,7 @@ impl PoseHypothesis {
         Self {
             registration,
             weakest,
-            view: Arc::new(view),
+            view,
             support,
             overlap,
             agreement,

@@ -38,13 +38,9 @@ impl Proposals {
 impl FrameMatcher<'_> {
     /// From these hypotheses; they are scored in the view from `T_world_view`.
     pub(super) fn propose_near(&self, hypotheses: &[Pose3], T_world_view: &Pose3) -> Proposals {
-        self.propose_in(&self.view_from(T_world_view), hypotheses, T_world_view)
-    }
-
-    /// From these hypotheses, in a view from about the last pose.
-    pub(super) fn propose_in(&self, view: &ProjectiveTarget, hypotheses: &[Pose3], T_world_last: &Pose3) -> Proposals {
-        let scored = self.scored(view, hypotheses.iter().copied());
-        self.refine(view, scored, NUM_REFINED, true, |pose| motion_penalty(T_world_last, pose))
+        let view = self.view_from(T_world_view);
+        let scored = self.scored(&view, hypotheses.iter().copied());
+        self.refine(&view, scored, NUM_REFINED, true, |pose| motion_penalty(T_world_view, pose))
     }
 
     /// From all rotations about the vertical and translations by up to [`REACH_ALL_AROUND`] around a pose.

@@ -143,7 +143,6 @@ impl Chain {
         }
         (self.last, self.rejected, self.num_rejected) =
             (PosedFrame::new(number, frame, T_world_sensor, motion), None, 0);
-        self.last_view = Some(hypothesis.view.clone());
         let assessment = uncertain.unwrap_or_else(|| hypothesis.assessment());
         let estimate = self.insert(number, frame, hypothesis, assessment, open);
         if let (Some(member), false) = (self.members.last_mut(), self.branches.is_empty()) {

@@ -10,8 +10,6 @@ mod search_near_prediction;
 mod search_wider;
 mod track;
 
-use std::sync::Arc;
-
 use nalgebra::{Matrix3, Matrix6};
 
 use self::accept::Branch;
@@ -27,7 +25,6 @@ use super::{ColorUse, DepthOptions, PoseUpdate, SpatialEstimate};
 use crate::geometry::Pose3;
 use crate::odometry::assessment::Assessment;
 use crate::registration::prepared_surfels::PreparedSurfels;
-use crate::registration::projective::ProjectiveTarget;
 
 /// Frames that are registered to each other, and their map.
 #[derive(Clone)]
@@ -40,8 +37,6 @@ pub(super) struct Chain {
     members: Vec<Member>,
     /// The last frame that was appended.
     last: PosedFrame,
-    /// The map that it was registered to, as seen from about its pose; `None` where that has moved since.
-    last_view: Option<Arc<ProjectiveTarget>>,
     motion_prior: MotionPrior,
     /// The last doubtful frame that was rejected since the last one was appended: the next frame may be near it.
     rejected: Option<PosedFrame>,
@@ -107,7 +102,6 @@ impl Chain {
             errors: ErrorPropagation::from_first(number),
             members: vec![Member::new(number, T_world_sensor, Assessment::first())],
             last: PosedFrame::new(number, frame, T_world_sensor, Pose3::identity()),
-            last_view: None,
             motion_prior: MotionPrior::default(),
             rejected: None,
             num_rejected: 0,
@@ -147,7 +141,6 @@ impl Chain {
     /// the next frame moves with the last one that was appended.
     pub(super) fn apply_corrections(&mut self, motion: &impl Fn(u32) -> Pose3) {
         self.reference.apply_corrections(motion);
-        self.last_view = None;
         for branch in &mut self.branches {
             branch.map_before.apply_corrections(motion);
         }

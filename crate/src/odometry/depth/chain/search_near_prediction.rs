@@ -13,13 +13,7 @@ impl Chain {
     pub(in super::super) fn search_near_prediction(&self, matcher: &FrameMatcher<'_>) -> PoseHypothesis {
         let T_world_last = &self.last.T_world_sensor;
         if self.stays_near(1) {
-            let predictions = self.last.predictions();
-            // The view that the last frame was registered to saves another one: the final registration has its own.
-            let proposals = match &self.last_view {
-                Some(view) => matcher.propose_in(view, &predictions, T_world_last),
-                None => matcher.propose_near(&predictions, T_world_last),
-            };
-            let predicted = matcher.best_near(proposals);
+            let predicted = matcher.best_near(matcher.propose_near(&self.last.predictions(), T_world_last));
             if self.is_accepted(&predicted) && self.is_near_prediction(predicted.T_world_sensor()) {
                 return predicted;
             }
