@@ -62,9 +62,7 @@ impl VoxelCount {
         let mut filling = Filling::of(&mut coarser);
         for (&key, &filled) in &self.blocks {
             // Along each axis, the coarser voxels of this block's.
-            let cells = unpack(key).map(|block| {
-                std::array::from_fn::<i32, { BLOCK as usize }, _>(|at| (block * BLOCK + at as i32).div_euclid(multiple))
-            });
+            let cells = unpack(key).map(|block| [0, 1, 2, 3].map(|at| (block * BLOCK + at).div_euclid(multiple)));
             let mut rest = filled;
             while rest != 0 {
                 let (bit, side) = (rest.trailing_zeros() as usize, BLOCK as usize);

@@ -88,7 +88,9 @@ impl FrameMatcher<'_> {
         let mut scored: Vec<(f64, Pose3)> = hypotheses.map(|pose| (0.0, pose)).collect();
         let num_rescored = scored.len() / RESCORED_RATIO;
         let score_all = |scored: &mut [(f64, Pose3)], points: &PointBatch| {
-            scored.iter_mut().for_each(|(support, pose)| *support = score(view, points, pose));
+            for (support, pose) in scored {
+                *support = score(view, points, pose);
+            }
         };
         if num_rescored == 0 {
             score_all(&mut scored, &self.sparse.point_batch());
