@@ -66,6 +66,11 @@ pub trait SquareMatrix:
     fn from_diagonal(diagonal: &Self::Vector) -> Self;
     /// `a b^T`.
     fn outer(a: &Self::Vector, b: &Self::Vector) -> Self;
+    /// `self += weight a a^T`, on and below the diagonal alone; [`symmetric`](Self::symmetric) fills the rest.
+    fn add_square(&mut self, a: &Self::Vector, weight: f64);
+    /// The symmetric matrix of what is on and below the diagonal.
+    #[must_use]
+    fn symmetric(self) -> Self;
     /// Sum of the diagonal.
     fn trace(&self) -> f64;
     /// The entries of the diagonal.
@@ -157,6 +162,21 @@ impl<const N: usize> SquareMatrix for SMatrix<f64, N, N> {
     #[inline]
     fn outer(a: &Self::Vector, b: &Self::Vector) -> Self {
         a * b.transpose()
+    }
+
+    #[inline]
+    fn add_square(&mut self, a: &Self::Vector, weight: f64) {
+        for column in 0..N {
+            let factor = weight * a[column];
+            for row in column..N {
+                self.data.0[column][row] += a[row] * factor;
+            }
+        }
+    }
+
+    fn symmetric(mut self) -> Self {
+        self.fill_upper_triangle_with_lower_triangle();
+        self
     }
 
     fn trace(&self) -> f64 {

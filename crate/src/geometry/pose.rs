@@ -50,6 +50,10 @@ pub trait RigidMotion: Copy + Debug + PartialEq + Mul<Output = Self> + 'static {
     fn act(&self, point: &Self::Point) -> Self::Point;
     /// The rotation applied to a direction.
     fn rotate(&self, direction: &Self::Point) -> Self::Point;
+    /// The matrix of the rotation: for many points it takes half as long.
+    fn rotation_matrix(&self) -> Self::PointMatrix;
+    /// The translation (m).
+    fn translation(&self) -> Self::Point;
     /// Derivative of `exp(tau) * point` with respect to `tau` at `tau = 0`.
     fn point_jacobian(point: &Self::Point) -> Self::Jacobian;
     /// Derivative of `direction . (exp(tau) * point)` with respect to `tau` at `tau = 0`.
@@ -87,6 +91,14 @@ macro_rules! same_in_both_dimensions {
 
         fn rotate(&self, direction: &$Point<f64>) -> $Point<f64> {
             self.rotation * direction
+        }
+
+        fn rotation_matrix(&self) -> Self::PointMatrix {
+            self.rotation.to_rotation_matrix().into_inner()
+        }
+
+        fn translation(&self) -> $Point<f64> {
+            self.translation.vector
         }
 
         fn best_rotation(covariance: &Self::PointMatrix) -> Option<Self::PointMatrix> {

@@ -12,7 +12,6 @@ use crate::camera::surfel_image::{Surfel, SurfelImage};
 use crate::geometry::{Pose3, RigidMotion};
 use crate::preprocess::voxel_hash::VoxelHash;
 use crate::registration::projective::{PackedSurfel, ProjectiveTarget, SurfelRasterizer};
-use crate::registration::target::Target;
 
 /// Surfels in the world frame, in blocks of space: of a large map only the blocks in view are rendered.
 #[derive(Debug, Clone)]
@@ -83,27 +82,34 @@ impl SurfelMap {
         let cell_width = 1.0 / frame.cell_camera().fx;
         let R = T_world_camera.rotation.to_rotation_matrix().into_inner();
         let t = T_world_camera.translation.vector;
+        let (mut points, mut spacings) = (Vec::with_capacity(frame.cells.len()), Vec::with_capacity(frame.cells.len()));
         for surfel in frame.surfels() {
-            let moved = Surfel { point: R * surfel.point + t, normal: R * surfel.normal, ..*surfel };
-            let spacing = MIN_SURFEL_SPACING.max(cell_width * surfel.point.z);
-            let Some(neighbor) = view.nearest(&moved.point, 2.0 * spacing) else {
-                self.add(moved, number);
-                continue;
-            };
-            let (block, index) = parts(view.number(neighbor.index));
-            let Some(packed) = self.blocks.get(block).and_then(|block| block.surfels.get(index)).copied() else {
-                continue;
-            };
-            let known = packed.surfel();
-            let across = known.normal.dot(&(moved.point - known.point));
-            let distance = SAME_SURFACE_DISTANCE + 2.0 * (known.sigma + moved.sigma);
-            if known.normal.dot(&moved.normal) > SAME_SURFACE_COSINE && across.abs() < distance {
-                let averaged = averaged(&known, &moved, across);
-                Arc::make_mut(&mut self.blocks[block]).surfels[index] = PackedSurfel::new(&averaged, packed.tag);
-            } else if f64::from(neighbor.sq_distance) > spacing * spacing {
-                self.add(moved, number);
-            }
+            points.push(R * surfel.point + t);
+            spacings.push(MIN_SURFEL_SPACING.max(cell_width * surfel.point.z));
         }
+        let mut surfels = frame.surfels();
+        view.nearest_of_each(
+            &points,
+            |index| 2.0 * spacings[index],
+            |index, neighbor| {
+                let Some(surfel) = surfels.next() else { return };
+                let moved = Surfel { point: points[index], normal: R * surfel.normal, ..*surfel };
+                let Some(neighbor) = neighbor else { return self.add(moved, number) };
+                let (block, place) = parts(view.number(neighbor.index));
+                let Some(packed) = self.blocks.get(block).and_then(|block| block.surfels.get(place)).copied() else {
+                    return;
+                };
+                let known = packed.surfel();
+                let across = known.normal.dot(&(moved.point - known.point));
+                let distance = SAME_SURFACE_DISTANCE + 2.0 * (known.sigma + moved.sigma);
+                if known.normal.dot(&moved.normal) > SAME_SURFACE_COSINE && across.abs() < distance {
+                    let averaged = averaged(&known, &moved, across);
+                    Arc::make_mut(&mut self.blocks[block]).surfels[place] = PackedSurfel::new(&averaged, packed.tag);
+                } else if f64::from(neighbor.sq_distance) > spacings[index] * spacings[index] {
+                    self.add(moved, number);
+                }
+            },
+        );
     }
 
     /// The frame that measured a surfel of a view first, by the surfel's number there.

@@ -3,7 +3,7 @@
 use super::factors::{Correspondence, Factor};
 use super::robust_kernel::RobustKernel;
 use super::target::{LastSearch, Target};
-use crate::geometry::{RigidMotion, Vector};
+use crate::geometry::{RigidMotion, SquareMatrix, Vector};
 
 /// The source of a registration: points and, where known, unit normals, in the source frame.
 #[derive(Debug, Clone, Copy)]
@@ -115,19 +115,20 @@ impl<P: Vector, T: Target<Point = P>, F> CorrespondenceSearch<'_, P, T, F> {
         let min_normal_cosine = limits.max_normal_angle.cos();
         let mut num_correspondences = 0;
         correspondences.clear();
-        for (index, (point, last)) in self.source.points.iter().zip(last_searches).enumerate() {
+        let (R, t) = (T_target_source.rotation_matrix(), T_target_source.translation());
+        let moved: Vec<P> = self.source.points.iter().map(|point| R.apply(point) + t).collect();
+        self.target.nearest_of_all(&moved, limits.max_correspondence_distance, last_searches, |index, nearest| {
             let source = index as u32;
-            let moved = T_target_source.act(point);
-            let Some(nearest) = self.target.nearest_again(&moved, limits.max_correspondence_distance, last) else {
+            let Some(nearest) = nearest else {
                 reject(Rejected { source, target: None, reason: RejectionReason::TooFar });
-                continue;
+                return;
             };
             num_correspondences += 1;
-            match self.correspondence(T_target_source, source, moved, nearest.index, min_normal_cosine) {
+            match self.correspondence::<M>(&R, source, moved[index], nearest.index, min_normal_cosine) {
                 Ok(correspondence) => correspondences.push(correspondence),
                 Err(reason) => reject(Rejected { source, target: Some(nearest.index), reason }),
             }
-        }
+        });
         trim(correspondences, limits.trim_fraction, |c| {
             reject(Rejected { source: c.source, target: Some(c.target), reason: RejectionReason::Trimmed });
         });
@@ -137,7 +138,7 @@ impl<P: Vector, T: Target<Point = P>, F> CorrespondenceSearch<'_, P, T, F> {
     /// The weighted correspondence of a source point with its nearest target point, or why the pair is rejected.
     fn correspondence<M>(
         &self,
-        T_target_source: &M,
+        R: &M::PointMatrix,
         source: u32,
         moved: P,
         target: u32,
@@ -148,7 +149,7 @@ impl<P: Vector, T: Target<Point = P>, F> CorrespondenceSearch<'_, P, T, F> {
         F: Factor<M, T>,
     {
         let normal = self.source.normals.and_then(|normals| normals[source as usize].as_ref());
-        let normal = normal.map(|normal| T_target_source.rotate(normal));
+        let normal = normal.map(|normal| R.apply(normal));
         if face_apart(normal.as_ref(), self.target.normal(target), min_normal_cosine) {
             return Err(RejectionReason::Normals);
         }

@@ -51,7 +51,7 @@ pub(crate) fn fit_focal_length(
     for number in 0..MAX_STEPS {
         let options = if number == 0 { rough } else { fine };
         let cloud = SurfelCloud::of(source.fine().surfels().map(|surfel| scaled(&surfel, log_ratio.exp())));
-        let target = ProjectiveTarget::of_frame(&scaled_image(&target.image, log_ratio.exp()), 1);
+        let target = ProjectiveTarget::of_frame(&scaled_image(&target.image, log_ratio.exp()), 1).with_cell_points();
         let fit = register_with(cloud.source(), &target, T_target_source, &PointToPlane, options, &Solver::default());
         if fit.fitness < MIN_FITNESS {
             return None;

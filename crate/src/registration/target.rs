@@ -134,6 +134,18 @@ pub trait Target {
     ) -> Option<Neighbor> {
         self.nearest(query, max_distance)
     }
+    /// [`nearest_again`](Self::nearest_again) for many points: `found` is called for each one, in their order.
+    fn nearest_of_all(
+        &self,
+        queries: &[Self::Point],
+        max_distance: f64,
+        last: &mut [LastSearch<Self::Point>],
+        mut found: impl FnMut(usize, Option<Neighbor>),
+    ) {
+        for (index, (query, last)) in queries.iter().zip(last).enumerate() {
+            found(index, self.nearest_again(query, max_distance, last));
+        }
+    }
     /// Position of a target point (m).
     fn point(&self, index: u32) -> Self::Point;
     /// Unit normal of a target point, where it has one.

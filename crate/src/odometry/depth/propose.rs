@@ -10,7 +10,7 @@ use super::hypotheses::{
 use crate::geometry::Pose3;
 use crate::registration::icp::IcpOptions;
 use crate::registration::prepared_surfels::SurfelCloud;
-use crate::registration::projective::ProjectiveTarget;
+use crate::registration::projective::{PointBatch, ProjectiveTarget};
 
 /// One of this many hypotheses, the best, is scored again with all sparse points.
 const RESCORED_RATIO: usize = 4;
@@ -40,7 +40,7 @@ impl FrameMatcher<'_> {
     pub(super) fn propose_near(&self, hypotheses: &[Pose3], T_world_view: &Pose3) -> Proposals {
         let view = self.view_from(T_world_view);
         let scored = self.scored(&view, hypotheses.iter().copied());
-        self.refine(&view, scored, NUM_REFINED, |pose| motion_penalty(T_world_view, pose))
+        self.refine(&view, scored, NUM_REFINED, true, |pose| motion_penalty(T_world_view, pose))
     }
 
     /// From all rotations about the vertical and translations by up to [`REACH_ALL_AROUND`] around a pose.
@@ -52,7 +52,7 @@ impl FrameMatcher<'_> {
             let view = self.view_from(&T_world_view);
             let around = grid_around(&T_world_view, -6..=6, 7.5, [REACH_ALL_AROUND; 2], GRID_STEP);
             let scored = self.scored(&view, around);
-            proposals.extend(self.refine(&view, scored, NUM_REFINED, |pose| motion_penalty(T_world_last, pose)));
+            proposals.extend(self.refine(&view, scored, NUM_REFINED, false, |pose| motion_penalty(T_world_last, pose)));
         }
         proposals
     }
@@ -64,7 +64,7 @@ impl FrameMatcher<'_> {
         let points = self.sparse.at_most(NUM_SCORED_POINTS).point_batch();
         let poses = grid_around(T_world_view, -18..=17, 10.0, [REACH_ANYWHERE; 2], MIN_DISTANCE);
         let scored = poses.map(|pose| (score_within(&view, &points, &pose, MIN_DISTANCE / 2.0), pose)).collect();
-        self.refine(&view, scored, NUM_REFINED_ANYWHERE, |_| 0.0)
+        self.refine(&view, scored, NUM_REFINED_ANYWHERE, true, |_| 0.0)
     }
 
     /// From the poses near all keyframes, if there are any.
@@ -78,38 +78,46 @@ impl FrameMatcher<'_> {
         }
         let mut proposals = Proposals::default();
         for guess in best_distinct(scored, NUM_REFINED[0]) {
-            proposals.extend(self.refine(&self.view_from(&guess), vec![(0.0, guess)], NUM_REFINED, |_| 0.0));
+            proposals.extend(self.refine(&self.view_from(&guess), vec![(0.0, guess)], NUM_REFINED, false, |_| 0.0));
         }
         (!proposals.middle.is_empty()).then_some(proposals)
     }
 
-    /// Hypotheses with their scores by few points and, for the best of them, by more.
+    /// Hypotheses with their scores by few points and, for the best of them, by more; where they are few, for all of them.
     fn scored(&self, view: &ProjectiveTarget, hypotheses: impl Iterator<Item = Pose3>) -> Vec<(f64, Pose3)> {
-        let (few, more) = (self.sparse.at_most(NUM_SCORED_POINTS).point_batch(), self.sparse.point_batch());
-        let mut scored: Vec<(f64, Pose3)> = hypotheses.map(|pose| (score(view, &few, &pose), pose)).collect();
+        let mut scored: Vec<(f64, Pose3)> = hypotheses.map(|pose| (0.0, pose)).collect();
         let num_rescored = scored.len() / RESCORED_RATIO;
-        if num_rescored > 0 {
-            scored.select_nth_unstable_by(num_rescored, |a, b| b.0.total_cmp(&a.0));
+        let score_all = |scored: &mut [(f64, Pose3)], points: &PointBatch| {
+            for (support, pose) in scored {
+                *support = score(view, points, pose);
+            }
+        };
+        if num_rescored == 0 {
+            score_all(&mut scored, &self.sparse.point_batch());
+            return scored;
         }
-        let num_rescored = if num_rescored > 0 { num_rescored } else { scored.len() };
-        for (support, pose) in &mut scored[..num_rescored] {
-            *support = score(view, &more, pose);
-        }
+        score_all(&mut scored, &self.sparse.at_most(NUM_SCORED_POINTS).point_batch());
+        scored.select_nth_unstable_by(num_rescored, |a, b| b.0.total_cmp(&a.0));
+        score_all(&mut scored[..num_rescored], &self.sparse.point_batch());
         scored
     }
 
-    /// Refines scored hypotheses: few points for many of them, more points for few.
+    /// Refines scored hypotheses: few points for many of them, more points for few. A single one gets no support where they are all
+    /// that is compared.
     fn refine(
         &self,
         view: &ProjectiveTarget,
         scored: Vec<(f64, Pose3)>,
         [num_rough, num_middle]: [usize; 2],
+        are_all: bool,
         penalty: impl Fn(&Pose3) -> f64,
     ) -> Proposals {
         let refined = |hypotheses: Vec<Pose3>, cloud: &SurfelCloud, options: &IcpOptions| -> Vec<(f64, Pose3)> {
+            let is_compared = !are_all || hypotheses.len() > 1;
+            let support = |pose: &Pose3| self.evidence(view, cloud, pose).support - penalty(pose);
             let refined = hypotheses.into_iter().map(|guess| {
                 let refined = self.register(view, cloud, guess, options).T_target_source;
-                (self.evidence(view, cloud, &refined).support - penalty(&refined), refined)
+                (if is_compared { support(&refined) } else { 0.0 }, refined)
             });
             refined.collect()
         };

@@ -40,9 +40,11 @@ impl FrameMatcher<'_> {
         let view = &hypothesis.view;
         let offset = |T: &Pose3| T.translation.vector - hypothesis.T_world_sensor().translation.vector;
         let is_elsewhere = |T: &Pose3| offset(T).norm() > MIN_DISTANCE && area.contains(T);
+        let sparse = self.sparse.point_batch();
         let refined = self.likely_positions(hypothesis, area, is_elsewhere).into_iter().filter_map(|guess| {
             let rough = self.register(view, &self.sparse, guess, &rough_options()).T_target_source;
-            is_elsewhere(&rough).then(|| self.register(view, &self.middle, rough, &middle_options()).T_target_source)
+            let is_possible = is_elsewhere(&rough) && score(view, &sparse, &rough) > 0.0;
+            is_possible.then(|| self.register(view, &self.middle, rough, &middle_options()).T_target_source)
         });
         // One that has come back to the pose itself would hide the others.
         let elsewhere = refined.filter(is_elsewhere).map(|T| (self.evidence(view, &self.middle, &T), T));
@@ -68,7 +70,8 @@ impl FrameMatcher<'_> {
         let points = self.sparse.at_most(NUM_SCORED_POINTS).point_batch();
         let around = Pose3::from_parts(area.center.into(), T_world_sensor.rotation);
         let positions = grid_around(&around, 0..=0, 0.0, [area.radius; 2], GRID_STEP).filter(is_elsewhere);
-        let scored = positions.map(|T| (score(view, &points, &T), T)).collect();
+        // Where more contradicts the map than agrees with it, no pose nearby fits.
+        let scored = positions.map(|T| (score(view, &points, &T), T)).filter(|(score, _)| *score > 0.0).collect();
         let is_apart =
             |T: &Pose3, other: &Pose3| (other.translation.vector - T.translation.vector).norm() > MIN_DISTANCE;
         best_apart(scored, NUM_REFINED[0], is_apart)

@@ -29,6 +29,8 @@ pub(super) struct FocalLength {
     /// The one that was assumed (pixels), where there was one.
     assumed: Option<f64>,
     views: Vec<(PreparedSurfels, Pose3)>,
+    /// Views whose fits to earlier ones are known.
+    num_compared: usize,
     fits: Vec<FocalLengthFit>,
 }
 
@@ -43,27 +45,33 @@ impl FocalLength {
         Self { assumed, ..Self::default() }
     }
 
-    /// Compares a good frame with the earlier views that are turned least from it, if it is a new view.
-    #[inline(never)]
+    /// Takes a good frame in, if it is a new view.
     pub(super) fn record(&mut self, surfels: &PreparedSurfels, estimate: &SpatialEstimate) {
         let is_used = estimate.assessment.status == Status::Good && estimate.is_in_map;
         if self.assumed.is_none() || !is_used || self.views.len() == MAX_VIEWS {
             return;
         }
         let pose = estimate.T_world_sensor;
-        let turn = |view: &(PreparedSurfels, Pose3)| view.1.rotation.angle_to(&pose.rotation);
-        let mut views: Vec<_> = self.views.iter().collect();
-        views.sort_by(|a, b| turn(a).total_cmp(&turn(b)));
-        if views.first().is_some_and(|view| turn(view) < MIN_TURN) {
-            return;
+        if self.views.iter().all(|view| view.1.rotation.angle_to(&pose.rotation) >= MIN_TURN) {
+            self.views.push((surfels.clone(), pose));
         }
+    }
+
+    /// Compares each new view with the earlier ones that are turned least from it.
+    #[inline(never)]
+    pub(super) fn compare(&mut self) {
         let options = [&middle_options(), &fine_options()];
-        let fits = views
-            .iter()
-            .take(PARTNERS)
-            .filter_map(|(view, T_world_view)| fit_focal_length(surfels, view, T_world_view.inverse() * pose, options));
-        self.fits.extend(fits);
-        self.views.push((surfels.clone(), pose));
+        for index in self.num_compared..self.views.len() {
+            let (surfels, pose) = &self.views[index];
+            let turn = |view: &(PreparedSurfels, Pose3)| view.1.rotation.angle_to(&pose.rotation);
+            let mut views: Vec<_> = self.views[..index].iter().collect();
+            views.sort_by(|a, b| turn(a).total_cmp(&turn(b)));
+            let fit = |(view, T_world_view): &(PreparedSurfels, Pose3)| {
+                fit_focal_length(surfels, view, T_world_view.inverse() * pose, options)
+            };
+            self.fits.extend(views.into_iter().take(PARTNERS).filter_map(fit));
+        }
+        self.num_compared = self.views.len();
     }
 
     /// The mean of all pairs of views, by their weights; None where too few tell.

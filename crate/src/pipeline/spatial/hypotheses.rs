@@ -42,10 +42,13 @@ impl Hypotheses {
             hypothesis.add(frame);
             hypothesis.close_loops();
         }
+        let best = self.best_index();
+        if let Some(best) = self.0.get_mut(best) {
+            best.focal_length.compare();
+        }
         if !self.is_decided() {
             return None;
         }
-        let best = self.best_index();
         self.0.swap(0, best);
         self.0.truncate(1);
         self.best().map(|hypothesis| hypothesis.quantisation)

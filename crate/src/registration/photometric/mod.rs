@@ -13,6 +13,7 @@ use super::factors::{NormalEquations, RELATIVE_DAMPING};
 use super::sandwich_variance::unit_variance;
 use super::solver::Solver;
 use crate::camera::brightness::NUM_LEVELS;
+use crate::geometry::algebra::SquareMatrix;
 use crate::geometry::quantile::{MEDIAN_TO_SIGMA, quantile};
 use crate::geometry::{Pose3, RigidMotion};
 
@@ -91,7 +92,9 @@ fn compare(points: &[TexturedPoint], reference: &ReferenceKeyframe<'_>, T: &Pose
         let (there, slope) = reference.picture.look(level, &(R * place + t))?;
         Some(Comparison { index, here: point.values[level], there, slope: R.tr_mul(&slope), place })
     };
-    reference.visible.iter().filter_map(compare).collect()
+    let mut comparisons = Vec::with_capacity(reference.visible.len());
+    comparisons.extend(reference.visible.iter().filter_map(compare));
+    comparisons
 }
 
 impl Light {
@@ -136,7 +139,7 @@ fn sums(points: &[TexturedPoint], references: &[ReferenceKeyframe<'_>], T: &Pose
         let Some((residuals, weights, correlation)) = weighted_residuals(&comparisons) else { continue };
         for ((comparison, residual), weight) in comparisons.iter().zip(residuals).zip(weights) {
             let gradient = gradient(comparison);
-            sums.equations.H += gradient * gradient.transpose() * weight;
+            sums.equations.H.add_square(&gradient, weight);
             let pull = gradient * (weight * residual);
             sums.equations.b += pull;
             sums.patches[points[comparison.index as usize].patch as usize] += pull;
@@ -144,6 +147,7 @@ fn sums(points: &[TexturedPoint], references: &[ReferenceKeyframe<'_>], T: &Pose
         sums.correlation += correlation * comparisons.len() as f64;
         sums.num_compared += comparisons.len();
     }
+    sums.equations.H = sums.equations.H.symmetric();
     sums.correlation /= sums.num_compared.max(1) as f64;
     sums
 }

@@ -48,18 +48,26 @@ impl CellPoints {
     /// The nearest point to a query in and around its cell, within a limit (squared, m^2); the first of several.
     #[inline]
     pub(super) fn nearest(&self, query: &[f32; 3], column: usize, row: usize, sq_limit: f32) -> Option<Nearest> {
-        let sq_distances = |rows_on: usize| {
-            let first = (row + rows_on) * self.stride + column;
-            let [x, y, z] =
-                [0, 1, 2].map(|axis| Vec4::from_slice(&self.axes[axis][first..first + 4]) - Vec4::splat(query[axis]));
-            x * x + y * y + z * z + EXCLUDE_FOURTH
-        };
-        let rows = [0, 1, 2].map(sq_distances);
-        let sq_distance = rows[0].min(rows[1]).min(rows[2]).min_element();
-        let found = |row: usize| {
-            let is_there = rows[row].cmpeq(Vec4::splat(sq_distance)).bitmask();
-            (is_there != 0).then(|| Nearest { row, column: is_there.trailing_zeros() as usize, sq_distance })
-        };
-        if sq_distance < sq_limit { (0..3).find_map(found) } else { None }
+        let first = row * self.stride + column;
+        let above = self.sq_distances(query, first);
+        let beside = self.sq_distances(query, first + self.stride);
+        let below = self.sq_distances(query, first + 2 * self.stride);
+        let sq_distance = above.min(beside).min(below).min_element();
+        if sq_distance >= sq_limit {
+            return None;
+        }
+        let is_there = |row: Vec4| row.cmpeq(Vec4::splat(sq_distance)).bitmask();
+        let place = (is_there(above) | is_there(beside) << 4 | is_there(below) << 8).trailing_zeros() as usize;
+        Some(Nearest { row: place / 4, column: place % 4, sq_distance })
+    }
+
+    /// Squared distances (m^2) of a query from three neighbouring cells, and infinity.
+    #[inline]
+    fn sq_distances(&self, query: &[f32; 3], first: usize) -> Vec4 {
+        let [xs, ys, zs] = &self.axes;
+        let x = Vec4::from_slice(&xs[first..first + 4]) - Vec4::splat(query[0]);
+        let y = Vec4::from_slice(&ys[first..first + 4]) - Vec4::splat(query[1]);
+        let z = Vec4::from_slice(&zs[first..first + 4]) - Vec4::splat(query[2]);
+        x * x + y * y + z * z + EXCLUDE_FOURTH
     }
 }

@@ -18,10 +18,11 @@ pub use rasterizer::SurfelRasterizer;
 use nalgebra::Vector3;
 
 use cell_points::CellPoints;
-use view_transform::{ViewTransform, between, dot, double};
+use point_batch::in_lanes;
+use view_transform::{LANES, ViewTransform, between, dot, double};
 
 use super::free_space::FreeSpaceTest;
-use super::target::{SurfaceTarget, Target};
+use super::target::{LastSearch, SurfaceTarget, Target};
 use crate::camera::surfel_image::cell_camera;
 use crate::camera::{Pinhole, Surfel, SurfelImage};
 use crate::geometry::Pose3;
@@ -114,12 +115,15 @@ impl ProjectiveTarget {
         let (mut cells, mut pieces) = (Vec::with_capacity(num_cells), Vec::with_capacity(num_cells + 1));
         for row in 0..camera.height {
             for column in 0..camera.width {
-                let rows = (row * side..(row + 1) * side).map(|row| row * frame.columns + column * side);
-                let seen = rows.flat_map(|first| frame.cells[first..first + side].iter().flatten());
-                let nearest = seen.fold(None, |nearest: Option<&Surfel>, surfel| match nearest {
-                    Some(nearest) if nearest.point.z as f32 <= surfel.point.z as f32 => Some(nearest),
-                    _ => Some(surfel),
-                });
+                let mut nearest: Option<&Surfel> = None;
+                for row in row * side..(row + 1) * side {
+                    let first = row * frame.columns + column * side;
+                    for surfel in frame.cells[first..first + side].iter().flatten() {
+                        if nearest.is_none_or(|nearest| nearest.point.z as f32 > surfel.point.z as f32) {
+                            nearest = Some(surfel);
+                        }
+                    }
+                }
                 cells.push(nearest.map_or(EMPTY_CELL, |_| pieces.len() as u32));
                 pieces.extend(nearest.map(Piece::of_own));
             }
@@ -128,6 +132,21 @@ impl ProjectiveTarget {
         let numbers = Vec::new();
         pieces.push(NO_SURFEL);
         Self { view: ViewTransform::new(&camera, &Pose3::identity()), cells, pieces, numbers, cell_points: None }
+    }
+
+    /// The same with its points by cell: for views that frames are registered to.
+    #[must_use]
+    pub(crate) fn with_cell_points(mut self) -> Self {
+        let Pinhole { width, height, .. } = self.view.camera;
+        let mut cell_points = CellPoints::new(width, height);
+        for (row, cells) in self.cells.chunks_exact(width.max(1)).enumerate() {
+            let [xs, ys, zs] = cell_points.row(row);
+            for (((&index, x), y), z) in cells.iter().zip(xs).zip(ys).zip(zs) {
+                [*x, *y, *z] = self.pieces[index as usize].point;
+            }
+        }
+        self.cell_points = Some(cell_points);
+        self
     }
 
     /// From surfels in the view's frame, each in a cell of its own, whose index (row by row) is its tag.
@@ -242,6 +261,50 @@ impl ProjectiveTarget {
         }
     }
 
+    /// [`nearest`](Target::nearest) of many points, each within a distance of its own (m): `found` is called with each one's index.
+    pub(crate) fn nearest_of_each(
+        &self,
+        queries: &[Vector3<f64>],
+        max_distance: impl Fn(usize) -> f64,
+        mut found: impl FnMut(usize, Option<Neighbor>),
+    ) {
+        for (first, chunk) in (0..).step_by(LANES).zip(queries.chunks(LANES)) {
+            let points = in_lanes(chunk);
+            let seen = self.view.T_view_world.act_on_all(&points);
+            let ([u, v], depths) = (self.view.project_all(&seen), seen[2].to_array());
+            let [x, y, z] = points.map(|axis| axis.to_array());
+            for lane in 0..chunk.len() {
+                let (index, query) = (first + lane, [x[lane], y[lane], z[lane]]);
+                let cell = self.view.inside(u[lane], v[lane], depths[lane]);
+                let max_distance = max_distance(index);
+                let sq_limit = (max_distance * max_distance) as f32;
+                found(index, cell.and_then(|cell| self.nearest_around(&query, cell, sq_limit)));
+            }
+        }
+    }
+
+    /// The nearest surfel in a cell and the eight around it, within a limit (squared, m^2).
+    #[inline]
+    fn nearest_around(&self, query: &[f32; 3], (column, row): (usize, usize), sq_limit: f32) -> Option<Neighbor> {
+        if let Some(cell_points) = &self.cell_points {
+            let nearest = cell_points.nearest(query, column, row, sq_limit)?;
+            let cell = (row + nearest.row - 1) * self.view.camera.width + column + nearest.column - 1;
+            return Some(Neighbor { index: self.cells[cell], sq_distance: nearest.sq_distance });
+        }
+        // Distance and index in one integer, the distance first: the bits of positive floats have the order of the floats. The
+        // minimum then needs no branch that could be mispredicted.
+        let ranked = |sq_distance: f32, index: u32| u64::from(sq_distance.to_bits()) << 32 | u64::from(index);
+        let limit = ranked(sq_limit, 0);
+        let mut best = limit;
+        for cells in self.cells_around(column, row) {
+            for &index in &self.cells[cells] {
+                let off = between(&self.pieces[index as usize].point, query);
+                best = best.min(ranked(dot(&off, &off), index));
+            }
+        }
+        (best < limit).then_some(Neighbor { index: best as u32, sq_distance: f32::from_bits((best >> 32) as u32) })
+    }
+
     /// A cell and its neighbours, row by row.
     #[inline]
     fn cells_around(&self, column: usize, row: usize) -> impl Iterator<Item = std::ops::Range<usize>> + use<> {
@@ -259,25 +322,18 @@ impl Target for ProjectiveTarget {
     /// The nearest of the surfels in the point's cell and the eight around it.
     fn nearest(&self, query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
         let query = single(query);
-        let (column, row) = self.view.cell(&self.view.T_view_world.act(&query))?;
-        let sq_limit = (max_distance * max_distance) as f32;
-        if let Some(cell_points) = &self.cell_points {
-            let nearest = cell_points.nearest(&query, column, row, sq_limit)?;
-            let cell = (row + nearest.row - 1) * self.view.camera.width + column + nearest.column - 1;
-            return Some(Neighbor { index: self.cells[cell], sq_distance: nearest.sq_distance });
-        }
-        // Distance and index in one integer, the distance first: the bits of positive floats have the order of the floats. The
-        // minimum then needs no branch that could be mispredicted.
-        let ranked = |sq_distance: f32, index: u32| u64::from(sq_distance.to_bits()) << 32 | u64::from(index);
-        let limit = ranked(sq_limit, 0);
-        let mut best = limit;
-        for cells in self.cells_around(column, row) {
-            for &index in &self.cells[cells] {
-                let off = between(&self.pieces[index as usize].point, &query);
-                best = best.min(ranked(dot(&off, &off), index));
-            }
-        }
-        (best < limit).then_some(Neighbor { index: best as u32, sq_distance: f32::from_bits((best >> 32) as u32) })
+        let cell = self.view.cell(&self.view.T_view_world.act(&query))?;
+        self.nearest_around(&query, cell, (max_distance * max_distance) as f32)
+    }
+
+    fn nearest_of_all(
+        &self,
+        queries: &[Vector3<f64>],
+        max_distance: f64,
+        _last: &mut [LastSearch<Vector3<f64>>],
+        found: impl FnMut(usize, Option<Neighbor>),
+    ) {
+        self.nearest_of_each(queries, |_| max_distance, found);
     }
 
     #[inline]

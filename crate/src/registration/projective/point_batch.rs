@@ -1,5 +1,6 @@
 //! A batch of points that is projected many times, to score hundreds of pose hypotheses.
 
+use glam::Vec4;
 use nalgebra::Vector3;
 
 use super::ProjectiveTarget;
@@ -10,23 +11,14 @@ use crate::registration::free_space::{FreeSpaceTally, FreeSpaceTest};
 
 /// Points with normals in the memory layout of vector units.
 pub struct PointBatch {
-    /// x, y and z, [`LANES`] of each in a row; the last row is padded with NaN, which is never visible.
-    points: Vec<[[f32; LANES]; 3]>,
+    /// x, y and z of [`LANES`] points each; the last ones are padded with NaN, which is never visible.
+    points: Vec<[Vec4; 3]>,
     normals: Vec<[f32; 3]>,
 }
 
 impl PointBatch {
     /// From points (m) and their unit normals in one frame.
     pub fn new(points: &[Vector3<f64>], normals: &[Vector3<f64>]) -> Self {
-        let in_lanes = |points: &[Vector3<f64>]| {
-            let mut lanes = [[f32::NAN; LANES]; 3];
-            for (lane, point) in points.iter().enumerate() {
-                for (axis, values) in lanes.iter_mut().enumerate() {
-                    values[lane] = point[axis] as f32;
-                }
-            }
-            lanes
-        };
         Self { points: points.chunks(LANES).map(in_lanes).collect(), normals: normals.iter().map(single).collect() }
     }
 
@@ -39,6 +31,18 @@ impl PointBatch {
     pub fn is_empty(&self) -> bool {
         self.normals.is_empty()
     }
+}
+
+/// At most [`LANES`] points; the rest is not a number.
+#[inline]
+pub(super) fn in_lanes(points: &[Vector3<f64>]) -> [Vec4; 3] {
+    let mut lanes = [Vec4::NAN; 3];
+    for (lane, point) in points.iter().enumerate().take(LANES) {
+        for axis in 0..3 {
+            lanes[axis][lane] = point[axis] as f32;
+        }
+    }
+    lanes
 }
 
 impl ProjectiveTarget {
@@ -56,9 +60,10 @@ impl ProjectiveTarget {
         for (points, normals) in point_batch.points.iter().zip(point_batch.normals.chunks(LANES)) {
             let moved = T_world_points.act_on_all(points);
             let seen = self.view.T_view_world.act_on_all(&moved);
-            let [u, v] = self.view.project_all(&seen);
+            let ([u, v], depths) = (self.view.project_all(&seen), seen[2].to_array());
+            let moved = moved.map(|axis| axis.to_array());
             for (lane, normal) in normals.iter().enumerate() {
-                let depth = seen[2][lane];
+                let depth = depths[lane];
                 let Some((column, row)) = self.view.inside(u[lane], v[lane], depth) else { continue };
                 let index = self.cells[row * self.view.camera.width + column];
                 let piece = &self.pieces[index as usize];

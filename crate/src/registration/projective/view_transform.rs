@@ -1,5 +1,6 @@
 //! The pose and camera of a view, in single precision.
 
+use glam::Vec4;
 use nalgebra::Vector3;
 
 use crate::camera::Pinhole;
@@ -9,7 +10,7 @@ use crate::geometry::algebra::single;
 /// Smallest depth of a visible point (m): a nearer surfel would cover the whole view.
 pub(super) const MIN_DEPTH: f32 = 0.05;
 /// Points that are transformed and projected together.
-pub(super) const LANES: usize = 16;
+pub(super) const LANES: usize = 4;
 
 /// The pose of a view and its camera, whose pixels are the cells.
 #[derive(Clone, Copy)]
@@ -42,15 +43,12 @@ impl ViewTransform {
         [fx * x * away + cx, fy * y * away + cy]
     }
 
-    /// The same for many points.
+    /// The same for [`LANES`] points.
     #[inline]
-    pub(super) fn project_all(&self, [x, y, z]: &[[f32; LANES]; 3]) -> [[f32; LANES]; 2] {
-        let [fx, fy, cx, cy] = self.intrinsics;
-        let away: [f32; LANES] = std::array::from_fn(|lane| 1.0 / z[lane]);
-        [
-            std::array::from_fn(|lane| fx * x[lane] * away[lane] + cx),
-            std::array::from_fn(|lane| fy * y[lane] * away[lane] + cy),
-        ]
+    pub(super) fn project_all(&self, [x, y, z]: &[Vec4; 3]) -> [[f32; LANES]; 2] {
+        let [fx, fy, cx, cy] = self.intrinsics.map(Vec4::splat);
+        let away = Vec4::ONE / *z;
+        [(fx * *x * away + cx).to_array(), (fy * *y * away + cy).to_array()]
     }
 
     /// Column and row as integers, if they are in the image and the point is in front of the camera.
@@ -91,11 +89,12 @@ impl Transform {
 
     /// Transforms [`LANES`] points.
     #[inline]
-    pub(super) fn act_on_all(&self, [x, y, z]: &[[f32; LANES]; 3]) -> [[f32; LANES]; 3] {
-        std::array::from_fn(|axis| {
+    pub(super) fn act_on_all(&self, [x, y, z]: &[Vec4; 3]) -> [Vec4; 3] {
+        let along = |axis: usize| {
             let ([a, b, c], shift) = (self.rows[axis], self.shift[axis]);
-            std::array::from_fn(|lane| a * x[lane] + b * y[lane] + c * z[lane] + shift)
-        })
+            *x * a + *y * b + *z * c + Vec4::splat(shift)
+        };
+        [along(0), along(1), along(2)]
     }
 }
 
