@@ -76,7 +76,7 @@ Options:
                      occupied, and free is where the floor was seen or rays passed close over it
   --splats FOLDER    of depth images with colours: images, poses and points as nerfstudio (transforms.json) and COLMAP
                      (sparse/0) have them, for trainers of Gaussian splats
-  --workers N        threads that prepare frames in advance; 0: none (default: one for each core, none with a single core)
+  --workers N        threads that prepare frames in advance; 0: none (default: one a core, 0 with one core)
   --preset NAME      settings for one purpose, see below (default: ${engine.presets()[0]?.name}, or ${engine.spatial_presets()[0]?.name})
   --set NAME=VALUE   one setting, see below; may be repeated. Angles are radians, or degrees as 35deg
 

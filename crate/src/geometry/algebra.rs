@@ -166,10 +166,10 @@ impl<const N: usize> SquareMatrix for SMatrix<f64, N, N> {
 
     #[inline]
     fn add_square(&mut self, a: &Self::Vector, weight: f64) {
+        let weighted = a * weight;
         for column in 0..N {
-            let factor = weight * a[column];
             for row in column..N {
-                self.data.0[column][row] += a[row] * factor;
+                self.data.0[column][row] += weighted[row] * a[column];
             }
         }
     }

@@ -87,14 +87,15 @@ impl<M: RigidMotion, T: SurfaceTarget<Point = M::Point>> Factor<M, T> for PointT
     }
 
     fn normal_equations(&self, target: &T, correspondences: &[Correspondence<M::Point>]) -> NormalEquations<M> {
-        let mut sums = NormalEquations::<M>::zeros();
+        let mut sums = NormalEquations::zeros();
         for c in correspondences {
             let Some(normal) = target.normal(c.target) else { continue };
             let gradient = M::gradient_along(&c.moved, &normal); // of n . (exp(delta) p - q)
-            sums.H.add_square(&gradient, c.weight);
-            sums.b += gradient * (c.weight * c.residual);
+            let weighted = gradient * c.weight;
+            sums.H += M::Matrix::outer(&weighted, &gradient);
+            sums.b += weighted * c.residual;
         }
-        NormalEquations { H: sums.H.symmetric(), ..sums }
+        sums
     }
 }
 
