@@ -3,7 +3,7 @@
 use super::azimuth_times::AzimuthTimes;
 use super::focal_length::FocalLength;
 use crate::error::Result;
-use crate::geometry::Pose3;
+use crate::geometry::{PointCloud, Pose3};
 use crate::graph::loops::clouds::CloudLoops;
 use crate::graph::loops::spatial::{FrameMotions, LoopReport, SpatialLoops};
 use crate::odometry::assessment::Status;
@@ -13,6 +13,7 @@ use crate::pipeline::prepared_frame::{DecodeConfig, PreparedFrame, Surfaces};
 use crate::pipeline::spatial_settings::{LoopClosing, Method, Quantisation};
 use crate::preprocess::azimuth_clock::AzimuthClock;
 use crate::registration::free_space::DepthNoise;
+use crate::registration::prepared_surfels::PreparedSurfels;
 use nalgebra::{Vector3, Vector6};
 
 /// Registered frames that decide how depth was rounded. On both real floors the wrong reading has 1.13 to 1.5 times the misfit of the other
@@ -76,12 +77,14 @@ impl Hypotheses {
     }
 
     /// Tries one of the frames again that were not found; whether there may be more.
+    #[inline(never)]
     pub(super) fn relocalize_next(&mut self) -> bool {
         let best = self.best_index();
         self.0.get_mut(best).is_some_and(QuantisationHypothesis::relocalize_next)
     }
 
     /// Closes the last loop, after which no frame follows.
+    #[inline(never)]
     pub(super) fn finish(&mut self) {
         for hypothesis in &mut self.0 {
             hypothesis.loops.iter_mut().for_each(SpatialLoops::finish);
@@ -207,32 +210,44 @@ impl QuantisationHypothesis {
     }
 
     fn add(&mut self, frame: &PreparedFrame) {
-        let mut estimate = match (&mut self.odometry, &frame.surfaces) {
-            (Odometry::Depth(odometry), Surfaces::Surfels(images)) => {
-                let Some((_, surfels)) = images.iter().find(|(quantisation, _)| *quantisation == self.quantisation)
-                else {
-                    return;
-                };
-                let estimate = odometry.register_frame(surfels);
-                apply_pose_updates_of(odometry, &mut self.estimates, self.loops.as_mut());
-                let number = self.estimates.len() as u32;
-                if let Some(loops) = &mut self.loops {
-                    loops.add(number, surfels, &estimate);
-                }
-                self.focal_length.record(surfels, &estimate);
-                // Frames outside the map say nothing of the quantisation.
-                if let Some(registration) = estimate.registration.as_ref().filter(|_| estimate.is_in_map) {
-                    let sq_depth = surfels.image.mean_square_depth().max(f64::MIN_POSITIVE);
-                    self.misfit += registration.last.inlier_rmse.powi(2) / sq_depth;
-                    self.num_registered += 1;
-                }
-                estimate
-            }
-            (Odometry::Cloud(odometry), Surfaces::Cloud(cloud)) => {
-                of_cloud(odometry.register_frame(PreparedCloud::from_cloud(cloud.clone())))
-            }
-            (Odometry::Sweep(odometry), Surfaces::Cloud(cloud)) => {
-                let stamp = frame.label.time;
+        let estimate = match &frame.surfaces {
+            Surfaces::Surfels(images) => self.register_image(images),
+            Surfaces::Cloud(cloud) => self.register_cloud(cloud, frame),
+        };
+        let Some(mut estimate) = estimate else { return };
+        if let Some(registration) = &mut estimate.registration {
+            // The bulk of a result, and nobody asks for it.
+            registration.correspondences = Vec::new();
+        }
+        self.estimates.push(estimate);
+    }
+
+    fn register_image(&mut self, images: &[(Quantisation, PreparedSurfels)]) -> Option<SpatialEstimate> {
+        // Preparation, which knows the method, makes no image for another odometry.
+        let Odometry::Depth(odometry) = &mut self.odometry else { return None };
+        let (_, surfels) = images.iter().find(|(quantisation, _)| *quantisation == self.quantisation)?;
+        let estimate = odometry.register_frame(surfels);
+        apply_pose_updates_of(odometry, &mut self.estimates, self.loops.as_mut());
+        if let Some(loops) = &mut self.loops {
+            loops.add(self.estimates.len() as u32, surfels, &estimate);
+        }
+        self.focal_length.record(surfels, &estimate);
+        // Frames outside the map say nothing of the quantisation.
+        if let Some(registration) = estimate.registration.as_ref().filter(|_| estimate.is_in_map) {
+            let sq_depth = surfels.image.mean_square_depth().max(f64::MIN_POSITIVE);
+            self.misfit += registration.last.inlier_rmse.powi(2) / sq_depth;
+            self.num_registered += 1;
+        }
+        Some(estimate)
+    }
+
+    #[inline(never)]
+    fn register_cloud(&mut self, cloud: &PointCloud, frame: &PreparedFrame) -> Option<SpatialEstimate> {
+        let stamp = frame.label.time;
+        let estimate = match &mut self.odometry {
+            Odometry::Depth(_) => return None,
+            Odometry::Cloud(odometry) => odometry.register_frame(PreparedCloud::from_cloud(cloud.clone())),
+            Odometry::Sweep(odometry) => {
                 odometry.add_gyro(&readings_of(frame));
                 let mut cloud = cloud.clone();
                 if let AzimuthTimes::Confirmed(clock) = &self.azimuth_times {
@@ -243,18 +258,13 @@ impl QuantisationHypothesis {
                 for (number, pose) in earlier {
                     self.estimates[number].T_world_sensor = pose;
                 }
-                of_cloud(estimate)
+                estimate
             }
-            // Preparation, which knows the method, makes no other pairs.
-            _ => return,
         };
+        let mut estimate = of_cloud(estimate);
         self.add_to_cloud_loops(&mut estimate);
-        self.test_azimuth(frame.label.time, &estimate);
-        if let Some(registration) = &mut estimate.registration {
-            // The bulk of a result, and nobody asks for it.
-            registration.correspondences = Vec::new();
-        }
-        self.estimates.push(estimate);
+        self.test_azimuth(stamp, &estimate);
+        Some(estimate)
     }
 
     /// Adds the cloud that was registered last to those among which loops are closed, and corrects its pose by these.
@@ -315,6 +325,7 @@ impl QuantisationHypothesis {
         }
     }
 
+    #[inline(never)]
     fn close_cloud_loops(&mut self) -> Option<FrameMotions> {
         let loops = self.cloud_loops.as_mut()?;
         let motions = loops.close()?;

@@ -47,6 +47,7 @@ impl Moved {
 
 impl SpatialReconstruction {
     /// Looks at one more cloud, or, after the last one, takes out what moved; whether there is more to do.
+    #[inline(never)]
     pub(super) fn look_for_moved(&mut self) -> bool {
         let of_clouds = self.decode_config.as_ref().filter(|config| config.cloud.is_some());
         let Some(options) = of_clouds.map(DecodeConfig::cloud_options).filter(|options| options.tests_free_space)
