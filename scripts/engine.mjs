@@ -33,12 +33,11 @@ export function buildTools({ withTestRunner = false, env = {}, isUrgent = false 
 }
 
 /**
- * What is published inlines seldom what does not ask for it (by default up to a cost of 225): the engine is a sixth smaller, and no
- * slower, as the browser compiles less while it runs. What is small inlines the rest seldom, too (325): a twelfth less over the wire, for
- * a twelfth more time. These stand in the place of the flags of .cargo/config.toml.
+ * What is small inlines seldom even what asks for it, which is else inlined up to a cost of 325: a twelfth less over the wire, for a
+ * twelfth more time. It stands in the place of the flags of .cargo/config.toml.
  */
-const RELEASE_FLAGS = '-C target-feature=+simd128 -C llvm-args=-inline-threshold=25';
-const FLAGS = { release: RELEASE_FLAGS, small: `${RELEASE_FLAGS} -C llvm-args=-inlinehint-threshold=25`, quick: null };
+const SMALL_FLAGS =
+  '-C target-feature=+simd128 -C llvm-args=-inlinehint-threshold=25 -C llvm-args=-inline-threshold=25';
 
 /**
  * Compiles the library of a package to WebAssembly; cargo skips what is up to date.
@@ -53,7 +52,7 @@ async function compileWasm(packageName, name, profile, options) {
   const library = ['--lib', '--crate-type', 'cdylib', '--target', WASM_TARGET, '--package', packageName];
   // Without it cargo keeps one module of a package, and compiles both engines anew, each in the place of the other, at every
   // build. What Rust's own build uses; where cargo no longer knows it, builds take longer and are the same.
-  const flags = FLAGS[profile] ? { CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: FLAGS[profile] } : {};
+  const flags = profile === 'small' ? { CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: SMALL_FLAGS } : {};
   const env = { __CARGO_DEFAULT_LIB_METADATA: 'scanstitch', ...flags };
   await run('cargo', ['rustc', '--profile', profile, ...library, ...options], { env });
   const folder = join(TARGET_DIR, WASM_TARGET, profile);

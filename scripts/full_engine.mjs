@@ -14,11 +14,11 @@ const STATUS_INTERVAL_MS = 1000;
 const STATUS_SCRIPT = '/dev/engine-status.ts';
 /** The engine's files, as the page imports them; they may not be there yet. */
 const ENGINE_FILE = /^(?:\.\.\/)+pkg\/(scanstitch\w*\.(?:js|wasm))(\?.*)?$/;
-/** What only a worker with the full engine asks for: the module that imports it, and the WebAssembly itself. */
-const FULL_ONLY = /\/src\/engine\/package\.ts$|\/pkg\/scanstitch_bg\.wasm$/;
+/** What asks for the full engine, or for what unpacks E57, LAZ and bzip2: the modules that import them, and the WebAssembly itself. */
+const FULL_ONLY = /\/(?:src\/engine\/package|archive\/engine_in_browser)\.ts$|\/pkg\/scanstitch(?:_formats)?_bg\.wasm$/;
 
 /**
- * @param {Promise<unknown>} compiled the full engine
+ * @param {Promise<unknown>} compiled the full engine, and what unpacks
  * @param {() => string} progress what is being compiled
  * @returns {import('vite').Plugin}
  */

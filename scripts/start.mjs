@@ -55,11 +55,10 @@ await runMain(async () => {
   const port = readPort();
   requireToolchain();
   const [tools, modules] = [buildTools(), ensureNodeModules()];
-  // The page's modules name the part for E57, LAZ and bzip2, so it is there before the page is served; it is small.
-  const planar = ensureWasmTarget()
-    .then(() => buildPart('planar', 'quick', tools))
-    .then(() => buildPart('formats', 'quick', tools));
-  const full = planar.then(() => buildPart('full', 'quick', tools));
+  const planar = ensureWasmTarget().then(() => buildPart('planar', 'quick', tools));
+  const full = planar
+    .then(() => buildPart('formats', 'quick', tools))
+    .then(() => buildPart('full', 'quick', tools));
   full.catch(() => undefined); // reported where it is awaited; until then something before it may fail
   await Promise.all([tools, modules, planar]);
   const address = await serve(port, full);

@@ -198,9 +198,9 @@ spatial('a graphics context that is lost in mid-run costs nothing', async ({ dra
   await app.drop(recording(1));
   await app.stitched(); // the graphics are there, which take longer than some frames
   const losing = loseContextAfter(page, 1);
-  await app.drop(recording(40));
+  await app.drop(recording(120));
   expect(await losing, 'the run is under way').toBe(true);
-  expect((await app.stitched()).result.frames).toHaveLength(40);
+  expect((await app.stitched()).result.frames).toHaveLength(120);
   await expect(page.getByRole('status').filter({ hasText: 'The map has been redrawn' })).toHaveCount(1);
   expect(await app.numPainted()).toBeGreaterThan(100);
 });
