@@ -43,6 +43,13 @@ impl ColorSum {
         self.0 = if is_taken_out { self.0.wrapping_sub(one) } else { self.0 + one };
     }
 
+    /// Adds the views of another, as long as there is room for them.
+    pub(super) fn add_sum(&mut self, other: Self) {
+        if (self.0 >> 48) + (other.0 >> 48) <= MAX_COLOR_VIEWS {
+            self.0 += other.0;
+        }
+    }
+
     /// The mean, where there was a view.
     pub(super) fn mean(self) -> Option<[u8; 3]> {
         let count = self.0 >> 48;
@@ -195,6 +202,19 @@ impl KnownBlock<'_> {
     /// Weights times distances, and weights.
     pub(super) fn sums(&self) -> (&[i32; VOXELS], &[i32; VOXELS]) {
         (&self.block.distances, &self.block.weights)
+    }
+
+    /// The same as [`Block::noise_shares`].
+    pub(super) fn noise_share(&self, part: usize) -> i32 {
+        self.block.noise_shares[part]
+    }
+
+    pub(super) fn has_colors(&self) -> bool {
+        self.colors.is_some()
+    }
+
+    pub(super) fn color_sum(&self, index: usize) -> Option<ColorSum> {
+        self.colors.map(|colors| colors[index])
     }
 
     /// A voxel that was measured.

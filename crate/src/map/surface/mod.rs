@@ -22,8 +22,10 @@ mod depth_tiles;
 mod extraction;
 mod fusion;
 mod holes;
+mod level;
 mod pixels;
 mod scatter;
+mod spread;
 mod view;
 
 pub use clouds::CloudFusion;

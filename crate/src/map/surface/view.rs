@@ -104,7 +104,7 @@ fn first_voxel([x, y, z]: [i32; 3]) -> Vec3A {
 /// A depth image at its pose, as the field reads it.
 pub(super) struct View<'a> {
     image: &'a MapImage,
-    optics: &'a Optics,
+    pub(super) optics: &'a Optics,
     pixels: Pixels<'a>,
     camera: PosedCamera,
     tiles: DepthTiles,
@@ -120,12 +120,22 @@ pub(super) struct Squares {
 }
 
 impl<'a> View<'a> {
-    pub(super) fn new(image: &'a MapImage, optics: &'a Optics, T_world_camera: &Pose3, voxel_size: f32) -> Self {
+    /// Pixels count whose depths are in the range from `low` to `high` (m).
+    pub(super) fn new(
+        image: &'a MapImage,
+        optics: &'a Optics,
+        T_world_camera: &Pose3,
+        voxel_size: f32,
+        [low, high]: [f32; 2],
+    ) -> Self {
         let mut pixels = Pixels::new(image, optics);
         let mut touched = Touched::new(T_world_camera, voxel_size, image.camera.fx as f32);
         let [fx, fy, cx, cy] = pixels.projection();
         let tiles = DepthTiles::new(image.camera.width, image.camera.height, |column, row| {
             if let Some(seen) = pixels.seen(column, row) {
+                if seen.depth < low || seen.depth >= high {
+                    return [seen.depth - seen.reach, f32::NEG_INFINITY];
+                }
                 touched.see(&seen, [column, row], optics);
                 return pixels.set(column, row, &seen);
             }
