@@ -2,17 +2,18 @@
 
 #![allow(clippy::cast_possible_wrap, reason = "blocks have eight voxels along a side")]
 
+use std::borrow::Cow;
+
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::blocks::{Block, BlockColors, BlockState, Blocks, PART_VOXELS, SIDE, index};
 use super::extraction::extract;
 use super::holes::fill_holes;
-use super::level::{Level, NUM_LEVELS};
-use super::pixels::Optics;
-use super::view::View;
-use super::pixels::WEIGHT_INFORMATION;
+use super::level::Level;
+use super::pixels::{NUM_LEVELS, Optics, WEIGHT_INFORMATION, side_at};
 use super::scatter::PlacedImage;
+use super::view::{FreeSpace, View};
 use crate::error::{Error, Result};
 use crate::geometry::quantile::{MIN_SAMPLE, quantile};
 use crate::geometry::{Pose3, TriangleMesh};
@@ -76,6 +77,7 @@ pub(super) const COLOR_BYTES: usize = size_of::<BlockColors>();
 #[derive(Debug, Clone)]
 struct Added {
     T_world_camera: Pose3,
+    free_space: FreeSpace,
     /// Side of a voxel when it was added (m).
     voxel_size: f32,
 }
@@ -86,7 +88,8 @@ pub struct SurfaceFusion {
     options: SurfaceOptions,
     voxel_size: f32,
     /// From the finest on.
-    levels: Vec<Level>,
+    levels: [Level; NUM_LEVELS],
+    optics: Option<Optics>,
     images: Vec<Added>,
     /// Those that are in the field while their noise is not known.
     first: Vec<PlacedImage>,
@@ -109,7 +112,8 @@ impl SurfaceFusion {
         Self {
             options,
             voxel_size,
-            levels: (0..NUM_LEVELS).map(|doublings| Level::new(doublings, voxel_size)).collect(),
+            levels: Default::default(),
+            optics: None,
             images: Vec::new(),
             first: Vec::new(),
             scatter: None,
@@ -183,26 +187,43 @@ impl SurfaceFusion {
         let max_blocks = (self.options.max_megabytes * 1e6) as usize / self.block_bytes();
         loop {
             let optics = self.optics(image, model);
-            let views = self.views(image, &optics, T_world_camera);
-            self.levels.iter_mut().zip(&views).for_each(|(level, view)| level.insert_touched(view));
+            let view = View::new(image, &optics, T_world_camera, self.voxel_size);
+            for (number, level) in self.levels.iter_mut().enumerate() {
+                level.insert_touched(number, &view, self.images.iter().map(|added| &added.free_space));
+            }
             if self.num_blocks() <= max_blocks {
-                self.levels.iter_mut().zip(&views).for_each(|(level, view)| level.add(view));
-                self.images.push(Added { T_world_camera: *T_world_camera, voxel_size: self.voxel_size });
-                self.levels.iter_mut().zip(optics).for_each(|(level, optics)| level.keep(optics));
+                let free_space = self.change::<false>(&view);
+                self.images.push(Added {
+                    T_world_camera: *T_world_camera,
+                    free_space,
+                    voxel_size: self.voxel_size,
+                });
+                self.optics = Some(optics);
                 return;
             }
-            self.levels.iter_mut().for_each(Level::coarsen);
-            self.voxel_size *= 2.0;
+            self.coarsen();
         }
     }
 
-    fn optics(&mut self, image: &MapImage, model: &DepthModel) -> Vec<Optics> {
-        self.levels.iter_mut().map(|level| level.optics(image, model)).collect()
+    /// Adds an image, or takes it out.
+    fn change<const IS_TAKEN_OUT: bool>(&mut self, view: &View) -> FreeSpace {
+        let free_space = view.free_space();
+        for (number, level) in self.levels.iter_mut().enumerate() {
+            level.change::<IS_TAKEN_OUT>(number, view, &free_space);
+        }
+        free_space
     }
 
-    /// An image at its pose, as each level reads it.
-    fn views<'a>(&self, image: &'a MapImage, optics: &'a [Optics], T_world_camera: &Pose3) -> Vec<View<'a>> {
-        self.levels.iter().zip(optics).map(|(level, optics)| level.view(image, optics, T_world_camera)).collect()
+    /// What all images have in common: made anew where an image differs from the one before.
+    fn optics(&mut self, image: &MapImage, model: &DepthModel) -> Optics {
+        let known = self.optics.take().filter(|optics| optics.is_of(image, model, self.voxel_size));
+        known.unwrap_or_else(|| Optics::new(image, model, self.voxel_size))
+    }
+
+    fn coarsen(&mut self) {
+        self.levels.iter_mut().for_each(|level| level.blocks = level.blocks.coarsened());
+        self.voxel_size *= 2.0;
+        self.images.iter_mut().for_each(|added| added.free_space.double_voxels());
     }
 
     /// Takes an image out again that was added at this pose: what is left is as if it had not been there. Returns whether it was
@@ -212,9 +233,8 @@ impl SurfaceFusion {
         let Some(at) = self.images.iter().position(is_it) else { return false };
         self.first.retain(|placed| placed.T_world_camera != *T_world_camera);
         let optics = self.optics(image, &self.measured_model(model));
-        let views = self.views(image, &optics, T_world_camera);
-        self.levels.iter_mut().zip(&views).for_each(|(level, view)| level.take_out(at, view));
-        self.levels.iter_mut().zip(optics).for_each(|(level, optics)| level.keep(optics));
+        self.change::<true>(&View::new(image, &optics, T_world_camera, self.voxel_size));
+        self.optics = Some(optics);
         self.images.remove(at);
         true
     }
@@ -228,22 +248,24 @@ impl SurfaceFusion {
     /// Ratio of the variance that the measurements have to the one that the sensor's noise explains, at least 1: errors of poses and
     /// of the camera's model add to it.
     pub fn variance_ratio(&self) -> f64 {
-        let of_levels = self.levels.iter().map(Level::scatter);
-        let (sum, num_further) = of_levels.fold((0.0, 0), |(sum, count), (more, further)| (sum + more, count + further));
-        if num_further <= 0 {
-            return 1.0;
+        let (mut sum, mut num_further) = (0.0, 0);
+        for (number, level) in self.levels.iter().enumerate() {
+            let (squares, count) = level.scatter();
+            sum += squares * f64::from(side_at(number).powi(2));
+            num_further += count;
         }
-        (sum / num_further as f64).max(1.0)
+        let unit = f64::from(WEIGHT_INFORMATION * self.voxel_size.powi(2));
+        if num_further > 0 { (unit * sum / num_further as f64).max(1.0) } else { 1.0 }
     }
 
     /// The whole field in voxels of the finest level.
-    fn blocks(&self) -> Blocks {
-        let mut levels = self.levels.iter().rev();
-        let mut all = levels.next().map(|level| level.blocks.clone()).unwrap_or_default();
-        for level in levels {
-            let mut finer = level.blocks.clone();
-            finer.add_coarser(&all);
-            all = finer;
+    fn blocks(&self) -> Cow<'_, Blocks> {
+        let mut all = Cow::Owned(Blocks::default());
+        for level in self.levels.iter().rev() {
+            let coarser = std::mem::replace(&mut all, Cow::Borrowed(&level.blocks));
+            if coarser.len() > 0 {
+                all.to_mut().add_coarser(&coarser);
+            }
         }
         all
     }
@@ -289,7 +311,8 @@ impl SurfaceFusion {
         let [x, y, z] = (place / self.voxel_size).floor().to_array().map(|at| at as i32);
         let corner = [x, y, z].map(|at| at.div_euclid(SIDE as i32));
         let Some(block) = blocks.get(corner) else {
-            return self.levels.first().is_some_and(|level| level.is_free(corner));
+            let is_free = |added: &Added, optics| added.free_space.weight_through(corner, 0, optics) > 0;
+            return self.optics.as_ref().is_some_and(|optics| self.images.iter().any(|added| is_free(added, optics)));
         };
         let [x, y, z] = [x, y, z].map(|at| at.rem_euclid(SIDE as i32) as usize);
         let (_, weights) = block.sums();
