@@ -204,6 +204,15 @@ impl KnownBlock<'_> {
         (&self.block.distances, &self.block.weights)
     }
 
+    /// The same sums as a block of its own, whose state saw nothing.
+    pub(super) fn copy_to(&self, block: &mut Block, colors: Option<&mut BlockColors>) {
+        *block = self.block.clone();
+        block.seen_through = self.least_weights();
+        if let (Some(to), Some(from)) = (colors, self.colors) {
+            to.clone_from(from);
+        }
+    }
+
     /// The same as [`Block::noise_shares`].
     pub(super) fn noise_share(&self, part: usize) -> i32 {
         self.block.noise_shares[part]
@@ -224,6 +233,24 @@ impl KnownBlock<'_> {
         let noisy_views = self.block.noise_shares[index / PART_VOXELS] as f32 / WHOLE_SHARE;
         let color = self.colors.and_then(|colors| colors[index].mean());
         Voxel { distance, weight, noisy_views, color }
+    }
+}
+
+/// Blocks of one field: of those that several have, the first has what counts.
+#[derive(Clone, Copy)]
+pub(super) struct Layers<'a>(pub &'a [&'a Blocks]);
+
+impl<'a> Layers<'a> {
+    pub(super) fn get(self, corner: [i32; 3]) -> Option<KnownBlock<'a>> {
+        self.0.iter().find_map(|blocks| blocks.get(corner))
+    }
+
+    /// The corner of each block.
+    pub(super) fn corners(self) -> impl Iterator<Item = [i32; 3]> {
+        (0..).zip(self.0).flat_map(move |(number, blocks)| {
+            let is_new = move |corner: &[i32; 3]| self.0[..number].iter().all(|before| before.number(*corner).is_none());
+            blocks.states.iter().map(|state| state.corner).filter(is_new)
+        })
     }
 }
 

@@ -2,17 +2,16 @@
 
 #![allow(clippy::cast_possible_wrap, reason = "blocks have eight voxels along a side")]
 
-use std::borrow::Cow;
-
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::blocks::{Block, BlockColors, BlockState, Blocks, PART_VOXELS, SIDE, index};
+use super::blocks::{Block, BlockColors, BlockState, Blocks, Layers, PART_VOXELS, SIDE, index};
 use super::extraction::extract;
 use super::holes::fill_holes;
 use super::level::Level;
 use super::pixels::{NUM_LEVELS, Optics, WEIGHT_INFORMATION, side_at};
 use super::scatter::PlacedImage;
+use super::spread::spread;
 use super::view::{FreeSpace, View};
 use crate::error::{Error, Result};
 use crate::geometry::quantile::{MIN_SAMPLE, quantile};
@@ -258,26 +257,25 @@ impl SurfaceFusion {
         if num_further > 0 { (unit * sum / num_further as f64).max(1.0) } else { 1.0 }
     }
 
-    /// The whole field in voxels of the finest level.
-    fn blocks(&self) -> Cow<'_, Blocks> {
-        let mut all = Cow::Owned(Blocks::default());
-        for level in self.levels.iter().rev() {
-            let coarser = std::mem::replace(&mut all, Cow::Borrowed(&level.blocks));
-            if coarser.len() > 0 {
-                all.to_mut().add_coarser(&coarser);
-            }
+    /// Blocks of the finest level with what coarser ones measured in them; the others are in the finest level itself.
+    fn spread(&self) -> Blocks {
+        let mut all = Blocks::default();
+        for pair in self.levels.windows(2).rev() {
+            all = spread(Layers(&[&all, &pair[1].blocks]), &pair[0].blocks);
         }
         all
     }
 
     /// The surface.
     pub fn mesh(&self) -> TriangleMesh {
-        let blocks = self.blocks();
-        let mut mesh = extract(&blocks, self.voxel_size, self.variance_ratio() as f32 / WEIGHT_INFORMATION, true);
+        let spread = self.spread();
+        let blocks = [&spread, &self.levels[0].blocks];
+        let blocks = Layers(&blocks);
+        let mut mesh = extract(blocks, self.voxel_size, self.variance_ratio() as f32 / WEIGHT_INFORMATION, true);
         mesh = self.without_islands(&mesh);
         mesh.set_normals();
         if self.options.max_hole_size > 0.0 {
-            fill_holes(&mut mesh, self.options.max_hole_size as f32, |place| self.is_seen_through(&blocks, place));
+            fill_holes(&mut mesh, self.options.max_hole_size as f32, |place| self.is_seen_through(blocks, place));
             mesh.set_normals();
         }
         mesh
@@ -307,7 +305,7 @@ impl SurfaceFusion {
     }
 
     /// Whether images have seen a place (m) to be empty.
-    fn is_seen_through(&self, blocks: &Blocks, place: Vec3) -> bool {
+    fn is_seen_through(&self, blocks: Layers<'_>, place: Vec3) -> bool {
         let [x, y, z] = (place / self.voxel_size).floor().to_array().map(|at| at as i32);
         let corner = [x, y, z].map(|at| at.div_euclid(SIDE as i32));
         let Some(block) = blocks.get(corner) else {

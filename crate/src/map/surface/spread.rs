@@ -2,7 +2,8 @@
 
 #![allow(clippy::cast_possible_wrap, reason = "positions within a block are below ten")]
 
-use super::blocks::{Blocks, KnownBlock, PART_SIDE, PART_VOXELS, SIDE, STEPS, index, part_index, positions};
+use super::blocks::{Blocks, KnownBlock, Layers, PART_SIDE, PART_VOXELS, SIDE, STEPS, index, positions};
+use super::pixels::MIN_TRUNCATION_VOXELS;
 
 /// Voxels along a side of a block with one more at each end.
 const PADDED: usize = SIDE + 2;
@@ -15,7 +16,7 @@ const fn padded_index(x: usize, y: usize, z: usize) -> usize {
 }
 
 impl Distances {
-    fn of(blocks: &Blocks, corner: [i32; 3]) -> Self {
+    fn of(blocks: Layers<'_>, corner: [i32; 3]) -> Self {
         let mut all = Box::new([f32::NAN; PADDED * PADDED * PADDED]);
         let mut put = |block: &KnownBlock, from: [usize; 3], to: [usize; 3]| {
             let (distances, weights) = block.sums();
@@ -67,50 +68,72 @@ impl Distances {
     }
 }
 
-impl Blocks {
-    /// Adds a field of voxels twice as large. What it measured counts in each of the eight as if that had been measured, the distance by its
-    /// slope.
-    pub(super) fn add_coarser(&mut self, coarse: &Self) {
-        for state in &coarse.states {
-            let Some(known) = coarse.get(state.corner) else { continue };
-            let least = known.least_weights();
-            let (_, weights) = known.sums();
-            let mut distances = None;
-            for (z0, y0, x0) in positions(2) {
-                let part = part_index(x0 * PART_SIDE, y0 * PART_SIDE, z0 * PART_SIDE);
-                if weights[part * PART_VOXELS..][..PART_VOXELS].iter().all(|&weight| weight <= least[part]) {
-                    continue;
-                }
-                let distances = distances.get_or_insert_with(|| Distances::of(coarse, state.corner));
-                let first = [x0, y0, z0];
-                let child = [0, 1, 2].map(|axis| 2 * state.corner[axis] + first[axis] as i32);
-                let number = self.insert(child);
-                let of_child = std::mem::take(&mut self.states[number].seen_through);
-                if known.has_colors() {
-                    self.add_colors();
-                }
-                let Some((block, mut colors)) = self.get_mut(number) else { continue };
-                for at in 0..block.seen_through.len() {
-                    block.seen_through[at] = (block.seen_through[at] + of_child).max(least[part]);
-                    block.noise_shares[at] += known.noise_share(part);
-                }
-                for (z, y, x) in positions(PART_SIDE) {
-                    let voxel = [x + x0 * PART_SIDE, y + y0 * PART_SIDE, z + z0 * PART_SIDE];
-                    let from = index(voxel[0], voxel[1], voxel[2]);
-                    if weights[from] <= 0 {
-                        continue;
-                    }
-                    let here = distances.0[padded_index(voxel[0] + 1, voxel[1] + 1, voxel[2] + 1)];
-                    let changes = distances.changes(voxel);
-                    for (up_z, up_y, up_x) in positions(2) {
-                        let to = index(2 * x + up_x, 2 * y + up_y, 2 * z + up_z);
-                        let change = changes[0][up_x] + changes[1][up_y] + changes[2][up_z];
-                        block.add(to, weights[from], 2.0 * (here + 0.25 * change));
-                        if let (Some(colors), Some(sums)) = (&mut colors, known.color_sum(from)) {
-                            colors[to].add_sum(sums);
-                        }
-                    }
-                }
+/// The blocks in which a field of voxels twice as large has a surface, in the voxels of another, `fine`, whose sums are in them, too. What
+/// `coarse` measured in a voxel counts in each of the eight as if that had been measured, the distance by its slope.
+pub(super) fn spread(coarse: Layers<'_>, fine: &Blocks) -> Blocks {
+    let mut all = Blocks::default();
+    for corner in coarse.corners() {
+        let Some(known) = coarse.get(corner) else { continue };
+        let mut distances = None;
+        for (part, (z0, y0, x0)) in positions(2).enumerate() {
+            if !has_surface(&known, part) {
+                continue;
+            }
+            let distances = distances.get_or_insert_with(|| Distances::of(coarse, corner));
+            let first = [x0, y0, z0];
+            let child = [0, 1, 2].map(|axis| 2 * corner[axis] + first[axis] as i32);
+            add_child(&mut all, child, fine.get(child), (&known, part), first.map(|at| at * PART_SIDE), distances);
+        }
+    }
+    all
+}
+
+/// Whether a part of a block has voxels that were measured next to a surface, or behind it.
+fn has_surface(block: &KnownBlock, part: usize) -> bool {
+    let (distances, weights) = block.sums();
+    let least = block.least_weights()[part];
+    let range = part * PART_VOXELS..(part + 1) * PART_VOXELS;
+    let mut voxels = distances[range.clone()].iter().zip(&weights[range]);
+    voxels.any(|(&distance, &weight)| {
+        weight > least && (distance as f32) < MIN_TRUNCATION_VOXELS * STEPS * weight as f32
+    })
+}
+
+/// Adds the block that a part of a coarser one is, and what is known of it already.
+fn add_child(
+    all: &mut Blocks,
+    corner: [i32; 3],
+    before: Option<KnownBlock>,
+    (coarse, part): (&KnownBlock, usize),
+    first: [usize; 3],
+    distances: &Distances,
+) {
+    let number = all.insert(corner);
+    if coarse.has_colors() {
+        all.add_colors();
+    }
+    let Some((block, mut colors)) = all.get_mut(number) else { return };
+    if let Some(before) = before {
+        before.copy_to(block, colors.as_deref_mut());
+    }
+    let (least, share) = (coarse.least_weights()[part], coarse.noise_share(part));
+    block.seen_through.iter_mut().for_each(|of_part| *of_part = (*of_part).max(least));
+    block.noise_shares.iter_mut().for_each(|of_part| *of_part += share);
+    let (_, weights) = coarse.sums();
+    for (z, y, x) in positions(PART_SIDE) {
+        let voxel = [x + first[0], y + first[1], z + first[2]];
+        let from = index(voxel[0], voxel[1], voxel[2]);
+        if weights[from] <= 0 {
+            continue;
+        }
+        let here = distances.0[padded_index(voxel[0] + 1, voxel[1] + 1, voxel[2] + 1)];
+        let changes = distances.changes(voxel);
+        for (up_z, up_y, up_x) in positions(2) {
+            let to = index(2 * x + up_x, 2 * y + up_y, 2 * z + up_z);
+            let change = changes[0][up_x] + changes[1][up_y] + changes[2][up_z];
+            block.add(to, weights[from], 2.0 * (here + 0.25 * change));
+            if let (Some(colors), Some(sum)) = (&mut colors, coarse.color_sum(from)) {
+                colors[to].add_sum(sum);
             }
         }
     }
