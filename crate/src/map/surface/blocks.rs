@@ -248,7 +248,8 @@ impl<'a> Layers<'a> {
     /// The corner of each block.
     pub(super) fn corners(self) -> impl Iterator<Item = [i32; 3]> {
         (0..).zip(self.0).flat_map(move |(number, blocks)| {
-            let is_new = move |corner: &[i32; 3]| self.0[..number].iter().all(|before| before.number(*corner).is_none());
+            let is_new =
+                move |corner: &[i32; 3]| self.0[..number].iter().all(|before| before.number(*corner).is_none());
             blocks.states.iter().map(|state| state.corner).filter(is_new)
         })
     }

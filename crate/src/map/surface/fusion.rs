@@ -187,16 +187,13 @@ impl SurfaceFusion {
         loop {
             let optics = self.optics(image, model);
             let view = View::new(image, &optics, T_world_camera, self.voxel_size);
+            let before = self.images.iter().map(|added| &added.free_space);
             for (number, level) in self.levels.iter_mut().enumerate() {
-                level.insert_touched(number, &view, self.images.iter().map(|added| &added.free_space));
+                level.insert_touched(number, &view, &before);
             }
             if self.num_blocks() <= max_blocks {
                 let free_space = self.change::<false>(&view);
-                self.images.push(Added {
-                    T_world_camera: *T_world_camera,
-                    free_space,
-                    voxel_size: self.voxel_size,
-                });
+                self.images.push(Added { T_world_camera: *T_world_camera, free_space, voxel_size: self.voxel_size });
                 self.optics = Some(optics);
                 return;
             }

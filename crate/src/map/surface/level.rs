@@ -19,7 +19,7 @@ impl Level {
         &mut self,
         level: usize,
         view: &View,
-        before: impl Iterator<Item = &'a FreeSpace> + Clone,
+        before: &(impl Iterator<Item = &'a FreeSpace> + Clone),
     ) {
         for &corner in &view.touched[level] {
             let known = self.blocks.len();

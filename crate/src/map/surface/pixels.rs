@@ -13,7 +13,7 @@ use crate::preprocess::map_image::MapImage;
 pub(super) const MIN_TRUNCATION_VOXELS: f32 = 2.0;
 /// And at most at so many voxels, where the depth is that uncertain that more would fill the room.
 const MAX_TRUNCATION_VOXELS: f32 = 16.0;
-/// Sizes of voxels, each twice as large as the one before.
+/// Sizes of voxels, each twice as large as the one before. A depth is measured in the largest that are no larger than what its pixel sees.
 pub(super) const NUM_LEVELS: usize = 3;
 /// Surfaces seen at a smaller cosine than this, at less than 6 degrees, tell too little of where they are.
 pub(super) const MIN_COSINE: f32 = 0.1;
@@ -60,17 +60,15 @@ impl Optics {
         let rays = [table.x, table.y].map(|rays| rays.into_iter().map(|ray| ray as f32).collect::<Vec<f32>>());
         let cosine = |y: f32| rays[0].iter().map(move |x| (x * x + y * y + 1.0).sqrt().recip());
         let cosines = rays[1].iter().flat_map(|&y| cosine(y)).collect();
-        let k: f32 = std::env::var("LEVEL_K").ok().and_then(|k| k.parse().ok()).unwrap_or(1.0);
-        let last = std::env::var("LEVEL_N").ok().and_then(|k| k.parse().ok()).unwrap_or(NUM_LEVELS) - 1;
-        let first_doubled = 2.0 * k * voxel_size * image.camera.fx.max(image.camera.fy) as f32;
+        let focal_length = image.camera.fx.max(image.camera.fy) as f32;
         let limits = (0..=u16::MAX).map(|depth| {
             let depth = f32::from(depth) * image.unit;
             let deviation = model.deviation(depth);
             let weight = deviation.powi(-2) / WEIGHT_INFORMATION;
             let noise = model.square_noise as f32 * depth * depth / deviation;
             let noise_share = (WHOLE_SHARE * noise * noise).min(WHOLE_SHARE).round() as i32;
-            // The largest voxels that are no larger than what a pixel sees.
-            let level = (0..last).filter(|&level| depth >= first_doubled * side_at(level)).count();
+            let is_within_pixel = |level: &usize| voxel_size * side_at(*level) * focal_length <= depth;
+            let level = (1..NUM_LEVELS).take_while(is_within_pixel).count();
             let [low, high] =
                 [MIN_TRUNCATION_VOXELS, MAX_TRUNCATION_VOXELS].map(|voxels| voxels * side_at(level) * voxel_size);
             DepthLimits { truncation: (THREE_SIGMA as f32 * deviation).clamp(low, high), weight, noise_share, level }

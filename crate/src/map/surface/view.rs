@@ -10,7 +10,7 @@ use glam::{Mat3A, Mat4, Vec3A, Vec4};
 use wide::{f32x4, i32x4};
 
 use super::blocks::{Block, BlockColors, PART_SIDE, PART_VOXELS, SIDE, STEPS, VOXELS, positions};
-use super::depth_tiles::{DepthTiles, Depths, Rectangle};
+use super::depth_tiles::{DepthTiles, Depths, Rectangle, free_up_to};
 use super::pixels::{MIN_TRUNCATION_VOXELS, NUM_LEVELS, Optics, Pixel, Pixels, Seen, side_at};
 use crate::geometry::Pose3;
 use crate::preprocess::map_image::MapImage;
@@ -132,13 +132,13 @@ impl<'a> View<'a> {
             if let Some(seen) = pixels.seen(column, row) {
                 touched[seen.level].see(&seen, [column, row], optics);
                 let [nearest, farthest] = pixels.set(column, row, &seen);
-                let mut depths = [nearest, f32::NEG_INFINITY, f32::NEG_INFINITY, f32::NEG_INFINITY];
+                let mut depths = free_up_to(nearest);
                 depths[1 + seen.level] = farthest;
                 return depths;
             }
             // Without depth it may be the edge of something thin.
             let free = pixels.truncation(column, row).map_or(0.0, |(depth, truncation)| depth - truncation);
-            [free, f32::NEG_INFINITY, f32::NEG_INFINITY, f32::NEG_INFINITY]
+            free_up_to(free)
         });
         let camera = PosedCamera::new(T_world_camera, [fx, fy, cx - 1.0, cy - 1.0], voxel_size);
         Self { image, optics, pixels, camera, tiles, touched: touched.map(|touched| touched.blocks) }
