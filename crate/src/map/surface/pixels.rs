@@ -34,8 +34,8 @@ struct DepthLimits {
     truncation: f32,
     /// Of the depth, by a right angle of view.
     weight: f32,
-    noise_share: i32,
-    level: usize,
+    noise_share: i16,
+    level: u16,
 }
 
 /// What all images of a recording have in common. It is made once.
@@ -52,6 +52,8 @@ pub(super) struct Optics {
     cosines: Vec<f32>,
     /// By raw depth.
     limits: Vec<DepthLimits>,
+    /// Of each level, steps in a metre.
+    steps: [f32; NUM_LEVELS],
 }
 
 impl Optics {
@@ -60,22 +62,33 @@ impl Optics {
         let rays = [table.x, table.y].map(|rays| rays.into_iter().map(|ray| ray as f32).collect::<Vec<f32>>());
         let cosine = |y: f32| rays[0].iter().map(move |x| (x * x + y * y + 1.0).sqrt().recip());
         let cosines = rays[1].iter().flat_map(|&y| cosine(y)).collect();
+        let sides: [f32; NUM_LEVELS] = std::array::from_fn(|level| voxel_size * side_at(level));
         let focal_length = image.camera.fx.max(image.camera.fy) as f32;
         let limits = (0..=u16::MAX).map(|depth| {
             let depth = f32::from(depth) * image.unit;
             let deviation = model.deviation(depth);
             let weight = deviation.powi(-2) / WEIGHT_INFORMATION;
             let noise = model.square_noise as f32 * depth * depth / deviation;
-            let noise_share = (WHOLE_SHARE * noise * noise).min(WHOLE_SHARE).round() as i32;
-            let is_within_pixel = |level: &usize| voxel_size * side_at(*level) * focal_length <= depth;
+            let noise_share = (WHOLE_SHARE * noise * noise).min(WHOLE_SHARE).round() as i16;
+            let is_within_pixel = |level: &usize| sides[*level] * focal_length <= depth;
             let level = (1..NUM_LEVELS).take_while(is_within_pixel).count();
-            let [low, high] =
-                [MIN_TRUNCATION_VOXELS, MAX_TRUNCATION_VOXELS].map(|voxels| voxels * side_at(level) * voxel_size);
-            DepthLimits { truncation: (THREE_SIGMA as f32 * deviation).clamp(low, high), weight, noise_share, level }
+            let [low, high] = [MIN_TRUNCATION_VOXELS, MAX_TRUNCATION_VOXELS].map(|voxels| voxels * sides[level]);
+            let truncation = (THREE_SIGMA as f32 * deviation).clamp(low, high);
+            DepthLimits { truncation, weight, noise_share, level: level as u16 }
         });
         let limits = limits.collect();
         let pixel_steps = [image.camera.fx, image.camera.fy].map(|focal_length| focal_length.recip() as f32);
-        Self { camera: image.camera, model: *model, unit: image.unit, voxel_size, rays, pixel_steps, cosines, limits }
+        Self {
+            camera: image.camera,
+            model: *model,
+            unit: image.unit,
+            voxel_size,
+            rays,
+            pixel_steps,
+            cosines,
+            limits,
+            steps: sides.map(|side| STEPS / side),
+        }
     }
 
     pub(super) fn is_of(&self, image: &MapImage, model: &DepthModel, voxel_size: f32) -> bool {
@@ -90,7 +103,7 @@ impl Optics {
     /// The share that noise has in the variance of a depth (m), of [`WHOLE_SHARE`]; the rest is that of the steps of the depth values,
     /// which differs from place to place.
     pub(super) fn noise_share(&self, depth: f32) -> i32 {
-        self.limits_at(depth).noise_share
+        i32::from(self.limits_at(depth).noise_share)
     }
 
     #[inline]
@@ -189,14 +202,14 @@ impl<'a> Pixels<'a> {
             return None;
         }
         let weight = (weight as i32).min(MAX_WEIGHT as i32) as f32;
-        Some(Seen { normal, depth, along, reach: truncation / along, level, truncation, weight })
+        Some(Seen { normal, depth, along, reach: truncation / along, level: usize::from(level), truncation, weight })
     }
 
     /// Takes in what a pixel sees. Returns the depths between which the field is measured at it (m).
     #[inline]
     pub(super) fn set(&mut self, column: usize, row: usize, seen: &Seen) -> [f32; 2] {
         let [step_x, step_y] = self.optics.pixel_steps;
-        let steps = STEPS / (self.optics.voxel_size * side_at(seen.level));
+        let steps = self.optics.steps[seen.level];
         let [.., cx, cy] = self.projection();
         let (a, b) = (seen.normal.x * step_x, seen.normal.y * step_y);
         let c = seen.normal.z - a * cx - b * cy;
