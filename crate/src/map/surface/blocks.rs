@@ -43,6 +43,13 @@ impl ColorSum {
         self.0 = if is_taken_out { self.0.wrapping_sub(one) } else { self.0 + one };
     }
 
+    /// Adds the views of another, as long as there is room for them.
+    pub(super) fn add_sum(&mut self, other: Self) {
+        if (self.0 >> 48) + (other.0 >> 48) <= MAX_COLOR_VIEWS {
+            self.0 += other.0;
+        }
+    }
+
     /// The mean, where there was a view.
     pub(super) fn mean(self) -> Option<[u8; 3]> {
         let count = self.0 >> 48;
@@ -197,6 +204,28 @@ impl KnownBlock<'_> {
         (&self.block.distances, &self.block.weights)
     }
 
+    /// The same sums as a block of its own, whose state saw nothing.
+    pub(super) fn copy_to(&self, block: &mut Block, colors: Option<&mut BlockColors>) {
+        *block = self.block.clone();
+        block.seen_through = self.least_weights();
+        if let (Some(to), Some(from)) = (colors, self.colors) {
+            to.clone_from(from);
+        }
+    }
+
+    /// The same as [`Block::noise_shares`].
+    pub(super) fn noise_share(&self, part: usize) -> i32 {
+        self.block.noise_shares[part]
+    }
+
+    pub(super) fn has_colors(&self) -> bool {
+        self.colors.is_some()
+    }
+
+    pub(super) fn color_sum(&self, index: usize) -> Option<ColorSum> {
+        self.colors.map(|colors| colors[index])
+    }
+
     /// A voxel that was measured.
     pub(super) fn voxel(&self, index: usize) -> Voxel {
         let weight = self.block.weights[index] as f32;
@@ -204,6 +233,25 @@ impl KnownBlock<'_> {
         let noisy_views = self.block.noise_shares[index / PART_VOXELS] as f32 / WHOLE_SHARE;
         let color = self.colors.and_then(|colors| colors[index].mean());
         Voxel { distance, weight, noisy_views, color }
+    }
+}
+
+/// Blocks of one field: of those that several have, the first has what counts.
+#[derive(Clone, Copy)]
+pub(super) struct Layers<'a>(pub &'a [&'a Blocks]);
+
+impl<'a> Layers<'a> {
+    pub(super) fn get(self, corner: [i32; 3]) -> Option<KnownBlock<'a>> {
+        self.0.iter().find_map(|blocks| blocks.get(corner))
+    }
+
+    /// The corner of each block.
+    pub(super) fn corners(self) -> impl Iterator<Item = [i32; 3]> {
+        (0..).zip(self.0).flat_map(move |(number, blocks)| {
+            let is_new =
+                move |corner: &[i32; 3]| self.0[..number].iter().all(|before| before.number(*corner).is_none());
+            blocks.states.iter().map(|state| state.corner).filter(is_new)
+        })
     }
 }
 

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use glam::Vec3;
 
 use super::SurfaceOptions;
-use super::blocks::Blocks;
+use super::blocks::{Blocks, Layers};
 use super::cells::{Cells, MAX_TILT};
 use super::extraction::extract;
 use super::fusion::{BLOCK_BYTES, COLOR_BYTES};
@@ -81,7 +81,7 @@ impl CloudFusion {
     pub fn mesh(&mut self) -> TriangleMesh {
         let blocks = self.field();
         // Planes reach beyond the corner of a room, where rims would stand out.
-        let mut mesh = extract(&blocks, self.voxel_size, 1.0 / WEIGHT_INFORMATION, false);
+        let mut mesh = extract(Layers(&[&blocks]), self.voxel_size, 1.0 / WEIGHT_INFORMATION, false);
         mesh = mesh.without_islands(self.options.min_island_area(self.voxel_size), |triangle| mesh.area(triangle));
         mesh.set_normals();
         mesh

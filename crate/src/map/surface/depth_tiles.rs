@@ -1,11 +1,21 @@
 //! Between which depths an image measures the field, by tiles of its pixels, by tiles of four of those, and so on.
 
+use super::pixels::NUM_LEVELS;
+
+/// Up to where all rays are free, and up to where the field of each level is measured (m).
+pub(super) type Depths = [f32; 1 + NUM_LEVELS];
+
 /// Side of the smallest tiles (pixels): those of two leave no more parts of blocks out.
 const TILE: usize = 4;
-/// Depths of a tile in which nothing is measured, and no ray is free.
-const NOTHING: [f32; 2] = [0.0, f32::NEG_INFINITY];
 
-/// The tiles of an image: of each the least and the largest depth in which it measures the field (m). Nearer, all of its rays are free.
+/// Up to where rays along which nothing is measured are free (m).
+pub(super) const fn free_up_to(depth: f32) -> Depths {
+    let mut depths = [f32::NEG_INFINITY; 1 + NUM_LEVELS];
+    depths[0] = depth;
+    depths
+}
+
+/// The tiles of an image, with what holds for all of their pixels.
 #[derive(Debug, Clone)]
 pub(super) struct DepthTiles {
     width: usize,
@@ -20,7 +30,7 @@ pub(super) struct DepthTiles {
 struct Level {
     columns: usize,
     rows: usize,
-    depths: Vec<[f32; 2]>,
+    depths: Vec<Depths>,
 }
 
 /// A rectangle of an image (pixels), ends included.
@@ -32,9 +42,9 @@ pub(super) struct Rectangle {
 
 impl DepthTiles {
     /// Of an image that is read row by row: `read(column, row)` tells the depths of a pixel.
-    pub(super) fn new(width: usize, height: usize, mut read: impl FnMut(usize, usize) -> [f32; 2]) -> Self {
+    pub(super) fn new(width: usize, height: usize, mut read: impl FnMut(usize, usize) -> Depths) -> Self {
         let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
-        let mut depths = vec![[f32::INFINITY, f32::NEG_INFINITY]; columns * rows];
+        let mut depths = vec![free_up_to(f32::INFINITY); columns * rows];
         for row in 0..height {
             let tiles = &mut depths[row / TILE * columns..][..columns];
             for column in 0..width {
@@ -57,11 +67,11 @@ impl DepthTiles {
 
     /// The depths between which the field is measured in a rectangle, and whether that lies wholly in the image.
     #[inline]
-    pub(super) fn depths(&self, rectangle: &Rectangle) -> ([f32; 2], bool) {
+    pub(super) fn depths(&self, rectangle: &Rectangle) -> (Depths, bool) {
         let Rectangle { low: [left, top], high: [right, bottom] } = *rectangle;
         let (width, height) = (self.width as f32, self.height as f32);
         if !(right >= 0.0 && left < width && bottom >= 0.0 && top < height) {
-            return (NOTHING, false);
+            return (free_up_to(0.0), false);
         }
         let is_inside = left >= 0.0 && right < width && top >= 0.0 && bottom < height;
         let [left, top] = [left as usize / self.tile, top as usize / self.tile];
@@ -71,7 +81,7 @@ impl DepthTiles {
         let extent = (right - left).max(bottom - top);
         let level = ((usize::BITS - extent.saturating_sub(1).leading_zeros()) as usize).min(self.levels.len() - 1);
         let Level { columns, depths, .. } = &self.levels[level];
-        let mut all = [f32::INFINITY, f32::NEG_INFINITY];
+        let mut all = free_up_to(f32::INFINITY);
         for row in top >> level..=bottom >> level {
             for tile in &depths[row * columns..][left >> level..=right >> level] {
                 all = joined(all, *tile);
@@ -84,7 +94,7 @@ impl DepthTiles {
 impl Level {
     fn halved(&self) -> Self {
         let (columns, rows) = (self.columns.div_ceil(2), self.rows.div_ceil(2));
-        let mut depths = vec![[f32::INFINITY, f32::NEG_INFINITY]; columns * rows];
+        let mut depths = vec![free_up_to(f32::INFINITY); columns * rows];
         for (row, tiles) in self.depths.chunks_exact(self.columns).enumerate() {
             for (column, tile) in tiles.iter().enumerate() {
                 let larger = &mut depths[row / 2 * columns + column / 2];
@@ -96,7 +106,7 @@ impl Level {
 }
 
 #[inline]
-fn joined(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
+fn joined(a: Depths, b: Depths) -> Depths {
     // Comparisons, as `f32::min` is a call without an instruction for it.
-    [if a[0] < b[0] { a[0] } else { b[0] }, if a[1] > b[1] { a[1] } else { b[1] }]
+    std::array::from_fn(|at| if (a[at] < b[at]) == (at == 0) { a[at] } else { b[at] })
 }

@@ -6,7 +6,7 @@
 use glam::Vec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::blocks::{Blocks, KnownBlock, PART_VOXELS, SIDE, VOXELS, Voxel, index, positions};
+use super::blocks::{KnownBlock, Layers, PART_VOXELS, SIDE, VOXELS, Voxel, index, positions};
 use super::pixels::MIN_TRUNCATION_VOXELS;
 use crate::geometry::TriangleMesh;
 use crate::preprocess::depth_surfels::SHARED_ERROR;
@@ -45,7 +45,7 @@ struct Extraction {
 
 /// The surface of a field with voxels of this size (m); `variance` is that of a weight of 1 (m^2). Cells in which the
 /// surface ends have vertices where `has_rims`. Normals are left out.
-pub(super) fn extract(blocks: &Blocks, voxel_size: f32, variance: f32, has_rims: bool) -> TriangleMesh {
+pub(super) fn extract(blocks: Layers<'_>, voxel_size: f32, variance: f32, has_rims: bool) -> TriangleMesh {
     let mut extraction = Extraction { has_rims, ..Extraction::default() };
     for block in with_blocks_before(blocks) {
         if let Some(vertices) = extraction.add_vertices(&Corners::of(blocks, block), block, voxel_size, variance) {
@@ -60,12 +60,12 @@ pub(super) fn extract(blocks: &Blocks, voxel_size: f32, variance: f32, has_rims:
 }
 
 /// The corners of the blocks, and of those before them whose cells reach into them.
-fn with_blocks_before(blocks: &Blocks) -> Vec<[i32; 3]> {
-    let mut all: Vec<[i32; 3]> = blocks.states.iter().map(|state| state.corner).collect();
+fn with_blocks_before(blocks: Layers<'_>) -> Vec<[i32; 3]> {
+    let mut all: Vec<[i32; 3]> = blocks.corners().collect();
     let mut before = FxHashSet::default();
     for &[x, y, z] in &all {
         let of_block = positions(2).map(|(dz, dy, dx)| [x - dx as i32, y - dy as i32, z - dz as i32]);
-        before.extend(of_block.filter(|&corner| blocks.number(corner).is_none()));
+        before.extend(of_block.filter(|&corner| blocks.get(corner).is_none()));
     }
     all.extend(before);
     all
@@ -100,7 +100,7 @@ const fn corner_index(x: usize, y: usize, z: usize) -> usize {
 }
 
 impl<'a> Corners<'a> {
-    fn of(blocks: &'a Blocks, corner: [i32; 3]) -> Self {
+    fn of(blocks: Layers<'a>, corner: [i32; 3]) -> Self {
         let mut all = Self { blocks: [None; 8], kinds: [0; CORNERS * CORNERS * CORNERS] };
         for (bits, (dz, dy, dx)) in positions(2).enumerate() {
             let Some(block) = blocks.get([corner[0] + dx as i32, corner[1] + dy as i32, corner[2] + dz as i32]) else {

@@ -5,12 +5,14 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::blocks::{Block, BlockColors, BlockState, Blocks, PART_VOXELS, SIDE, STEPS, index};
+use super::blocks::{Block, BlockColors, BlockState, Blocks, Layers, PART_VOXELS, SIDE, index};
 use super::extraction::extract;
 use super::holes::fill_holes;
-use super::pixels::{Optics, WEIGHT_INFORMATION};
+use super::level::Level;
+use super::pixels::{NUM_LEVELS, Optics, WEIGHT_INFORMATION, side_at};
 use super::scatter::PlacedImage;
-use super::view::{FreeSpace, Squares, View};
+use super::spread::spread;
+use super::view::{FreeSpace, View};
 use crate::error::{Error, Result};
 use crate::geometry::quantile::{MIN_SAMPLE, quantile};
 use crate::geometry::{Pose3, TriangleMesh};
@@ -84,7 +86,8 @@ struct Added {
 pub struct SurfaceFusion {
     options: SurfaceOptions,
     voxel_size: f32,
-    blocks: Blocks,
+    /// From the finest on.
+    levels: [Level; NUM_LEVELS],
     optics: Option<Optics>,
     images: Vec<Added>,
     /// Those that are in the field while their noise is not known.
@@ -92,9 +95,6 @@ pub struct SurfaceFusion {
     /// Standard deviation of a depth over its square by which the first images differ (1/m).
     scatter: Option<f64>,
     has_colors: bool,
-    /// Number of changes by images.
-    num_changes: u32,
-    squares: Squares,
 }
 
 impl SurfaceFusion {
@@ -104,21 +104,19 @@ impl SurfaceFusion {
     /// When an option is out of its limits.
     pub fn new(options: SurfaceOptions) -> Result<Self> {
         options.check()?;
-        Ok(Self::empty(options))
+        Ok(Self::empty(options, options.voxel_size as f32))
     }
 
-    fn empty(options: SurfaceOptions) -> Self {
+    fn empty(options: SurfaceOptions, voxel_size: f32) -> Self {
         Self {
             options,
-            voxel_size: options.voxel_size as f32,
-            blocks: Blocks::default(),
+            voxel_size,
+            levels: Default::default(),
             optics: None,
             images: Vec::new(),
             first: Vec::new(),
             scatter: None,
             has_colors: false,
-            num_changes: 0,
-            squares: Squares::default(),
         }
     }
 
@@ -134,7 +132,11 @@ impl SurfaceFusion {
 
     /// Memory of the field (bytes).
     pub fn num_bytes(&self) -> usize {
-        self.blocks.len() * self.block_bytes()
+        self.num_blocks() * self.block_bytes()
+    }
+
+    fn num_blocks(&self) -> usize {
+        self.levels.iter().map(|level| level.blocks.len()).sum()
     }
 
     fn block_bytes(&self) -> usize {
@@ -185,19 +187,39 @@ impl SurfaceFusion {
         loop {
             let optics = self.optics(image, model);
             let view = View::new(image, &optics, T_world_camera, self.voxel_size);
-            self.insert(&view.touched, &optics);
-            if self.blocks.len() <= max_blocks {
-                self.change::<false>(&view, &optics);
-                self.images.push(Added {
-                    T_world_camera: *T_world_camera,
-                    free_space: view.free_space(),
-                    voxel_size: self.voxel_size,
-                });
+            let before = self.images.iter().map(|added| &added.free_space);
+            for (number, level) in self.levels.iter_mut().enumerate() {
+                level.insert_touched(number, &view, &before);
+            }
+            if self.num_blocks() <= max_blocks {
+                let free_space = self.change::<false>(&view);
+                self.images.push(Added { T_world_camera: *T_world_camera, free_space, voxel_size: self.voxel_size });
                 self.optics = Some(optics);
                 return;
             }
             self.coarsen();
         }
+    }
+
+    /// Adds an image, or takes it out.
+    fn change<const IS_TAKEN_OUT: bool>(&mut self, view: &View) -> FreeSpace {
+        let free_space = view.free_space();
+        for (number, level) in self.levels.iter_mut().enumerate() {
+            level.change::<IS_TAKEN_OUT>(number, view, &free_space);
+        }
+        free_space
+    }
+
+    /// What all images have in common: made anew where an image differs from the one before.
+    fn optics(&mut self, image: &MapImage, model: &DepthModel) -> Optics {
+        let known = self.optics.take().filter(|optics| optics.is_of(image, model, self.voxel_size));
+        known.unwrap_or_else(|| Optics::new(image, model, self.voxel_size))
+    }
+
+    fn coarsen(&mut self) {
+        self.levels.iter_mut().for_each(|level| level.blocks = level.blocks.coarsened());
+        self.voxel_size *= 2.0;
+        self.images.iter_mut().for_each(|added| added.free_space.double_voxels());
     }
 
     /// Takes an image out again that was added at this pose: what is left is as if it had not been there. Returns whether it was
@@ -207,91 +229,50 @@ impl SurfaceFusion {
         let Some(at) = self.images.iter().position(is_it) else { return false };
         self.first.retain(|placed| placed.T_world_camera != *T_world_camera);
         let optics = self.optics(image, &self.measured_model(model));
-        self.change::<true>(&View::new(image, &optics, T_world_camera, self.voxel_size), &optics);
-        self.images.remove(at);
+        self.change::<true>(&View::new(image, &optics, T_world_camera, self.voxel_size));
         self.optics = Some(optics);
+        self.images.remove(at);
         true
     }
 
     /// An empty field with voxels as large as these have become, and the noise that was measured.
     #[must_use]
     pub fn emptied(&self) -> Self {
-        Self { voxel_size: self.voxel_size, scatter: self.scatter, ..Self::empty(self.options) }
-    }
-
-    /// What all images have in common: made anew where an image differs from the one before.
-    fn optics(&mut self, image: &MapImage, model: &DepthModel) -> Optics {
-        let known = self.optics.take().filter(|optics| optics.is_of(image, model, self.voxel_size));
-        known.unwrap_or_else(|| Optics::new(image, model, self.voxel_size))
-    }
-
-    /// Adds blocks, with what the images before see of them: if they had touched a block, it would be there.
-    fn insert(&mut self, corners: &[[i32; 3]], optics: &Optics) {
-        for &corner in corners {
-            let known = self.blocks.len();
-            let number = self.blocks.insert(corner);
-            if number == known {
-                let weights = self.images.iter().map(|added| added.free_space.weight_through(corner, optics));
-                self.blocks.states[number].seen_through = weights.sum();
-            }
-        }
-    }
-
-    /// Adds an image to the blocks, or takes it out.
-    fn change<const IS_TAKEN_OUT: bool>(&mut self, view: &View, optics: &Optics) {
-        self.num_changes += 1;
-        for corner in &view.touched {
-            let Some(number) = self.blocks.number(*corner) else { continue };
-            self.blocks.states[number].last_touched = self.num_changes;
-        }
-        let free_space = view.free_space();
-        let mut squares = Squares::default();
-        if view.has_colors() {
-            self.blocks.add_colors();
-        }
-        for number in 0..self.blocks.len() {
-            let state = &mut self.blocks.states[number];
-            if state.last_touched != self.num_changes {
-                let through = free_space.weight_through(state.corner, optics);
-                state.seen_through += if IS_TAKEN_OUT { -through } else { through };
-                continue;
-            }
-            let corner = state.corner;
-            if let Some((block, colors)) = self.blocks.get_mut(number) {
-                view.change_block::<IS_TAKEN_OUT>(corner, block, colors, &mut squares);
-            }
-        }
-        let sign = if IS_TAKEN_OUT { -1 } else { 1 };
-        self.squares.sum += f64::from(sign) * squares.sum;
-        self.squares.count += i64::from(sign) * squares.count;
-    }
-
-    fn coarsen(&mut self) {
-        self.blocks = self.blocks.coarsened();
-        self.voxel_size *= 2.0;
-        self.images.iter_mut().for_each(|added| added.free_space.double_voxels());
+        Self { scatter: self.scatter, ..Self::empty(self.options, self.voxel_size) }
     }
 
     /// Ratio of the variance that the measurements have to the one that the sensor's noise explains, at least 1: errors of poses and
     /// of the camera's model add to it.
     pub fn variance_ratio(&self) -> f64 {
-        let of_means = self.blocks.iter().map(Block::square_sum);
-        let (sum, count) = of_means.fold((0.0, 0), |(sum, count), of_block| (sum + of_block.0, count + of_block.1));
-        let num_further = self.squares.count - count;
-        if num_further <= 0 {
-            return 1.0;
+        let (mut sum, mut num_further) = (0.0, 0);
+        for (number, level) in self.levels.iter().enumerate() {
+            let (squares, count) = level.scatter();
+            sum += squares * f64::from(side_at(number).powi(2));
+            num_further += count;
         }
-        let unit = f64::from(WEIGHT_INFORMATION * (self.voxel_size / STEPS).powi(2));
-        (unit * (self.squares.sum - sum) / num_further as f64).max(1.0)
+        let unit = f64::from(WEIGHT_INFORMATION * self.voxel_size.powi(2));
+        if num_further > 0 { (unit * sum / num_further as f64).max(1.0) } else { 1.0 }
+    }
+
+    /// Blocks of the finest level with what coarser ones measured in them; the others are in the finest level itself.
+    fn spread(&self) -> Blocks {
+        let mut all = Blocks::default();
+        for pair in self.levels.windows(2).rev() {
+            all = spread(Layers(&[&all, &pair[1].blocks]), &pair[0].blocks);
+        }
+        all
     }
 
     /// The surface.
     pub fn mesh(&self) -> TriangleMesh {
-        let mut mesh = extract(&self.blocks, self.voxel_size, self.variance_ratio() as f32 / WEIGHT_INFORMATION, true);
+        let spread = self.spread();
+        let blocks = [&spread, &self.levels[0].blocks];
+        let blocks = Layers(&blocks);
+        let mut mesh = extract(blocks, self.voxel_size, self.variance_ratio() as f32 / WEIGHT_INFORMATION, true);
         mesh = self.without_islands(&mesh);
         mesh.set_normals();
         if self.options.max_hole_size > 0.0 {
-            fill_holes(&mut mesh, self.options.max_hole_size as f32, |place| self.is_seen_through(place));
+            fill_holes(&mut mesh, self.options.max_hole_size as f32, |place| self.is_seen_through(blocks, place));
             mesh.set_normals();
         }
         mesh
@@ -321,11 +302,11 @@ impl SurfaceFusion {
     }
 
     /// Whether images have seen a place (m) to be empty.
-    fn is_seen_through(&self, place: Vec3) -> bool {
+    fn is_seen_through(&self, blocks: Layers<'_>, place: Vec3) -> bool {
         let [x, y, z] = (place / self.voxel_size).floor().to_array().map(|at| at as i32);
         let corner = [x, y, z].map(|at| at.div_euclid(SIDE as i32));
-        let Some(block) = self.blocks.get(corner) else {
-            let is_free = |added: &Added, optics| added.free_space.weight_through(corner, optics) > 0;
+        let Some(block) = blocks.get(corner) else {
+            let is_free = |added: &Added, optics| added.free_space.weight_through(corner, 0, optics) > 0;
             return self.optics.as_ref().is_some_and(|optics| self.images.iter().any(|added| is_free(added, optics)));
         };
         let [x, y, z] = [x, y, z].map(|at| at.rem_euclid(SIDE as i32) as usize);

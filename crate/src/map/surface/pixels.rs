@@ -13,11 +13,19 @@ use crate::preprocess::map_image::MapImage;
 pub(super) const MIN_TRUNCATION_VOXELS: f32 = 2.0;
 /// And at most at so many voxels, where the depth is that uncertain that more would fill the room.
 const MAX_TRUNCATION_VOXELS: f32 = 16.0;
+/// Sizes of voxels, each twice as large as the one before. A depth is measured in the largest that are no larger than what its pixel sees.
+pub(super) const NUM_LEVELS: usize = 3;
 /// Surfaces seen at a smaller cosine than this, at less than 6 degrees, tell too little of where they are.
 pub(super) const MIN_COSINE: f32 = 0.1;
 
 /// The information (1/m^2) of a weight of 1.
 pub(super) const WEIGHT_INFORMATION: f32 = 1e6 / MAX_WEIGHT;
+
+/// Side of the voxels of a level, in those of the first.
+#[inline]
+pub(super) fn side_at(level: usize) -> f32 {
+    (1 << level) as f32
+}
 
 /// What follows from a depth alone.
 #[derive(Debug, Clone, Copy, Default)]
@@ -26,7 +34,8 @@ struct DepthLimits {
     truncation: f32,
     /// Of the depth, by a right angle of view.
     weight: f32,
-    noise_share: i32,
+    noise_share: i16,
+    level: u16,
 }
 
 /// What all images of a recording have in common. It is made once.
@@ -43,6 +52,8 @@ pub(super) struct Optics {
     cosines: Vec<f32>,
     /// By raw depth.
     limits: Vec<DepthLimits>,
+    /// Of each level, steps in a metre.
+    steps: [f32; NUM_LEVELS],
 }
 
 impl Optics {
@@ -51,18 +62,33 @@ impl Optics {
         let rays = [table.x, table.y].map(|rays| rays.into_iter().map(|ray| ray as f32).collect::<Vec<f32>>());
         let cosine = |y: f32| rays[0].iter().map(move |x| (x * x + y * y + 1.0).sqrt().recip());
         let cosines = rays[1].iter().flat_map(|&y| cosine(y)).collect();
-        let [low, high] = [MIN_TRUNCATION_VOXELS, MAX_TRUNCATION_VOXELS].map(|voxels| voxels * voxel_size);
+        let sides: [f32; NUM_LEVELS] = std::array::from_fn(|level| voxel_size * side_at(level));
+        let focal_length = image.camera.fx.max(image.camera.fy) as f32;
         let limits = (0..=u16::MAX).map(|depth| {
             let depth = f32::from(depth) * image.unit;
             let deviation = model.deviation(depth);
             let weight = deviation.powi(-2) / WEIGHT_INFORMATION;
             let noise = model.square_noise as f32 * depth * depth / deviation;
-            let noise_share = (WHOLE_SHARE * noise * noise).min(WHOLE_SHARE).round() as i32;
-            DepthLimits { truncation: (THREE_SIGMA as f32 * deviation).clamp(low, high), weight, noise_share }
+            let noise_share = (WHOLE_SHARE * noise * noise).min(WHOLE_SHARE).round() as i16;
+            let is_within_pixel = |level: &usize| sides[*level] * focal_length <= depth;
+            let level = (1..NUM_LEVELS).take_while(is_within_pixel).count();
+            let [low, high] = [MIN_TRUNCATION_VOXELS, MAX_TRUNCATION_VOXELS].map(|voxels| voxels * sides[level]);
+            let truncation = (THREE_SIGMA as f32 * deviation).clamp(low, high);
+            DepthLimits { truncation, weight, noise_share, level: level as u16 }
         });
         let limits = limits.collect();
         let pixel_steps = [image.camera.fx, image.camera.fy].map(|focal_length| focal_length.recip() as f32);
-        Self { camera: image.camera, model: *model, unit: image.unit, voxel_size, rays, pixel_steps, cosines, limits }
+        Self {
+            camera: image.camera,
+            model: *model,
+            unit: image.unit,
+            voxel_size,
+            rays,
+            pixel_steps,
+            cosines,
+            limits,
+            steps: sides.map(|side| STEPS / side),
+        }
     }
 
     pub(super) fn is_of(&self, image: &MapImage, model: &DepthModel, voxel_size: f32) -> bool {
@@ -77,7 +103,7 @@ impl Optics {
     /// The share that noise has in the variance of a depth (m), of [`WHOLE_SHARE`]; the rest is that of the steps of the depth values,
     /// which differs from place to place.
     pub(super) fn noise_share(&self, depth: f32) -> i32 {
-        self.limits_at(depth).noise_share
+        i32::from(self.limits_at(depth).noise_share)
     }
 
     #[inline]
@@ -95,6 +121,8 @@ pub(super) struct Seen {
     along: f32,
     /// Truncation along the optical axis (m): the longer, the more slanted the surface is seen.
     pub reach: f32,
+    /// Of the voxels in which it is measured.
+    pub level: usize,
     truncation: f32,
     weight: f32,
 }
@@ -105,7 +133,7 @@ pub(super) struct Pixel {
     /// The tangent plane of its surface: of a point with the depth z at the pixel (u, v) (a, b, c, d) . (u z, v z, z, 1) is its distance
     /// from the surface (steps), positive in front.
     pub plane: Vec4,
-    /// Truncation (steps) and weight, both whole numbers, 0 where there is no surface; the other two are not used.
+    /// Truncation (steps) and weight, both whole numbers, 0 where there is no surface, and the level; the last is not used.
     pub limits: Vec4,
 }
 
@@ -167,28 +195,28 @@ impl<'a> Pixels<'a> {
         let normal = if along > 0.0 { -normal } else { normal };
         let along = along.abs();
         let cosine = along * self.optics.cosines[index];
-        let DepthLimits { truncation, weight, .. } = self.optics.limits[usize::from(raw)];
+        let DepthLimits { truncation, weight, level, .. } = self.optics.limits[usize::from(raw)];
         let weight = cosine * weight + 0.5;
         // What is known to more than 90 mm has no weight: with it, more of the truth would be covered, and less precisely.
         if cosine < MIN_COSINE || weight < 1.0 {
             return None;
         }
         let weight = (weight as i32).min(MAX_WEIGHT as i32) as f32;
-        Some(Seen { normal, depth, along, reach: truncation / along, truncation, weight })
+        Some(Seen { normal, depth, along, reach: truncation / along, level: usize::from(level), truncation, weight })
     }
 
     /// Takes in what a pixel sees. Returns the depths between which the field is measured at it (m).
     #[inline]
     pub(super) fn set(&mut self, column: usize, row: usize, seen: &Seen) -> [f32; 2] {
         let [step_x, step_y] = self.optics.pixel_steps;
-        let steps = STEPS / self.optics.voxel_size;
+        let steps = self.optics.steps[seen.level];
         let [.., cx, cy] = self.projection();
         let (a, b) = (seen.normal.x * step_x, seen.normal.y * step_y);
         let c = seen.normal.z - a * cx - b * cy;
         let at = (row + 1) * self.stride() + column + 1;
         self.all[at] = Pixel {
             plane: Vec4::new(a, b, c, seen.along * seen.depth) * steps,
-            limits: Vec4::new((seen.truncation * steps) as i32 as f32, seen.weight, 0.0, 0.0),
+            limits: Vec4::new((seen.truncation * steps) as i32 as f32, seen.weight, seen.level as f32, 0.0),
         };
         // Within the pixel the plane comes nearer and goes farther.
         let reach = seen.reach + 0.5 * seen.depth * (a.abs() + b.abs()) * seen.reach / seen.truncation;

@@ -10,8 +10,8 @@ use glam::{Mat3A, Mat4, Vec3A, Vec4};
 use wide::{f32x4, i32x4};
 
 use super::blocks::{Block, BlockColors, PART_SIDE, PART_VOXELS, SIDE, STEPS, VOXELS, positions};
-use super::depth_tiles::{DepthTiles, Rectangle};
-use super::pixels::{MIN_TRUNCATION_VOXELS, Optics, Pixel, Pixels, Seen};
+use super::depth_tiles::{DepthTiles, Depths, Rectangle, free_up_to};
+use super::pixels::{MIN_TRUNCATION_VOXELS, NUM_LEVELS, Optics, Pixel, Pixels, Seen, side_at};
 use crate::geometry::Pose3;
 use crate::preprocess::map_image::MapImage;
 
@@ -45,11 +45,13 @@ impl PosedCamera {
         Self { to_camera, origin: Vec3A::new(t.x, t.y, t.z), projection, extent }
     }
 
-    /// Of the voxels from one on, `side` along each axis: their centres. None where the plane of the camera is not before all of them.
+    /// Of the voxels of a level from one on, `side` along each axis: their centres. None where the plane of the camera is not before all
+    /// of them.
     #[inline]
-    fn bounds(&self, first: Vec3A, side: usize) -> Option<Bounds> {
-        let half = 0.5 * (side - 1) as f32;
-        let center = self.to_camera * (first + half + 0.5) + self.origin;
+    fn bounds(&self, first: Vec3A, side: usize, level: usize) -> Option<Bounds> {
+        let (half, scale) = (0.5 * (side - 1) as f32, side_at(level));
+        let center = self.to_camera * ((first + half + 0.5) * scale) + self.origin;
+        let half = half * scale;
         let (low, high) = (center - half * self.extent, center + half * self.extent);
         if low.z <= 0.0 {
             return None;
@@ -82,15 +84,15 @@ impl FreeSpace {
 
     /// Weight with which the image says that a block is empty: that of a surface there, where all that is seen in its direction lies
     /// behind it; otherwise 0.
-    pub(super) fn weight_through(&self, corner: [i32; 3], optics: &Optics) -> i32 {
-        let Some(bounds) = self.camera.bounds(first_voxel(corner), SIDE) else { return 0 };
+    pub(super) fn weight_through(&self, corner: [i32; 3], level: usize, optics: &Optics) -> i32 {
+        let Some(bounds) = self.camera.bounds(first_voxel(corner), SIDE, level) else { return 0 };
         weight_through(&bounds, &self.tiles, optics).0
     }
 }
 
 /// Whether all rays through a cube are free: the weight of that, otherwise 0; and the depths in which the field is measured there.
 #[inline]
-fn weight_through(Bounds { rectangle, depths }: &Bounds, tiles: &DepthTiles, optics: &Optics) -> (i32, [f32; 2]) {
+fn weight_through(Bounds { rectangle, depths }: &Bounds, tiles: &DepthTiles, optics: &Optics) -> (i32, Depths) {
     let (measured, is_inside) = tiles.depths(rectangle);
     let is_free = is_inside && depths[1] < measured[0];
     (if is_free { optics.weight(depths[1]) as i32 } else { 0 }, measured)
@@ -104,12 +106,12 @@ fn first_voxel([x, y, z]: [i32; 3]) -> Vec3A {
 /// A depth image at its pose, as the field reads it.
 pub(super) struct View<'a> {
     image: &'a MapImage,
-    optics: &'a Optics,
+    pub(super) optics: &'a Optics,
     pixels: Pixels<'a>,
     camera: PosedCamera,
     tiles: DepthTiles,
-    /// Blocks within the truncation of a surface, some more than once.
-    pub(super) touched: Vec<[i32; 3]>,
+    /// Of each level, blocks within the truncation of a surface, some more than once.
+    pub(super) touched: [Vec<[i32; 3]>; NUM_LEVELS],
 }
 
 /// What an image adds to the sum of the squares of the distances (weighted, steps^2), and the number of those.
@@ -122,19 +124,24 @@ pub(super) struct Squares {
 impl<'a> View<'a> {
     pub(super) fn new(image: &'a MapImage, optics: &'a Optics, T_world_camera: &Pose3, voxel_size: f32) -> Self {
         let mut pixels = Pixels::new(image, optics);
-        let mut touched = Touched::new(T_world_camera, voxel_size, image.camera.fx as f32);
+        let fx = image.camera.fx as f32;
+        let mut touched: [Touched; NUM_LEVELS] =
+            std::array::from_fn(|level| Touched::new(T_world_camera, voxel_size * side_at(level), fx));
         let [fx, fy, cx, cy] = pixels.projection();
         let tiles = DepthTiles::new(image.camera.width, image.camera.height, |column, row| {
             if let Some(seen) = pixels.seen(column, row) {
-                touched.see(&seen, [column, row], optics);
-                return pixels.set(column, row, &seen);
+                touched[seen.level].see(&seen, [column, row], optics);
+                let [nearest, farthest] = pixels.set(column, row, &seen);
+                let mut depths = free_up_to(nearest);
+                depths[1 + seen.level] = farthest;
+                return depths;
             }
             // Without depth it may be the edge of something thin.
             let free = pixels.truncation(column, row).map_or(0.0, |(depth, truncation)| depth - truncation);
-            [free, f32::NEG_INFINITY]
+            free_up_to(free)
         });
         let camera = PosedCamera::new(T_world_camera, [fx, fy, cx - 1.0, cy - 1.0], voxel_size);
-        Self { image, optics, pixels, camera, tiles, touched: touched.blocks }
+        Self { image, optics, pixels, camera, tiles, touched: touched.map(|touched| touched.blocks) }
     }
 
     pub(super) fn has_colors(&self) -> bool {
@@ -149,6 +156,7 @@ impl<'a> View<'a> {
     pub(super) fn change_block<const IS_TAKEN_OUT: bool>(
         &self,
         corner: [i32; 3],
+        level: usize,
         block: &mut Block,
         mut colors: Option<&mut BlockColors>,
         squares: &mut Squares,
@@ -156,12 +164,12 @@ impl<'a> View<'a> {
         let corner = first_voxel(corner);
         for (part, (z, y, x)) in positions(SIDE / PART_SIDE).enumerate() {
             let first = corner + Vec3A::new(x as f32, y as f32, z as f32) * PART_SIDE as f32;
-            let Some(bounds) = self.camera.bounds(first, PART_SIDE) else { continue };
-            let (through, [_, farthest]) = weight_through(&bounds, &self.tiles, self.optics);
+            let Some(bounds) = self.camera.bounds(first, PART_SIDE, level) else { continue };
+            let (through, depths) = weight_through(&bounds, &self.tiles, self.optics);
             if through > 0 {
                 block.seen_through[part] += if IS_TAKEN_OUT { -through } else { through };
-            } else if bounds.depths[0] < farthest
-                && self.change_part::<IS_TAKEN_OUT>(first, part, block, colors.as_deref_mut(), squares)
+            } else if bounds.depths[0] < depths[1 + level]
+                && self.change_part::<IS_TAKEN_OUT>(first, part, level, block, colors.as_deref_mut(), squares)
             {
                 let share = self.optics.noise_share(0.5 * (bounds.depths[0] + bounds.depths[1]));
                 block.noise_shares[part] += if IS_TAKEN_OUT { -share } else { share };
@@ -174,11 +182,12 @@ impl<'a> View<'a> {
         &self,
         first: Vec3A,
         part: usize,
+        level: usize,
         block: &mut Block,
         mut colors: Option<&mut BlockColors>,
         squares: &mut Squares,
     ) -> bool {
-        let mut rows = Rows::new(&self.camera, &self.pixels, first);
+        let mut rows = Rows::new(&self.camera, &self.pixels, first, level);
         let (mut sum, mut count) = (f32x4::ZERO, i32x4::ZERO);
         for row in 0..PART_SIDE * PART_SIDE {
             let measured = rows.measure();
@@ -236,6 +245,7 @@ struct Rows<'a> {
     /// Pixels in a row, and the last column and row.
     stride: f32x4,
     last: [f32x4; 2],
+    level: f32x4,
     /// Of the four voxels of a row.
     at: [f32x4; 3],
     /// To the next row along y, and from the last row of a layer to the first of the next.
@@ -253,12 +263,13 @@ struct Measured {
 
 impl<'a> Rows<'a> {
     #[inline(always)]
-    fn new(camera: &PosedCamera, pixels: &'a Pixels, first: Vec3A) -> Self {
+    fn new(camera: &PosedCamera, pixels: &'a Pixels, first: Vec3A, level: usize) -> Self {
         let [fx, fy, cx, cy] = pixels.projection();
         let projected = |p: Vec3A| Vec3A::new(fx * p.x + cx * p.z, fy * p.y + cy * p.z, p.z);
-        let along_x = projected(camera.to_camera.x_axis);
-        let (along_y, along_z) = (projected(camera.to_camera.y_axis), projected(camera.to_camera.z_axis));
-        let start = projected(camera.to_camera * (first + 0.5) + camera.origin);
+        let to_camera = camera.to_camera * side_at(level);
+        let along_x = projected(to_camera.x_axis);
+        let (along_y, along_z) = (projected(to_camera.y_axis), projected(to_camera.z_axis));
+        let start = projected(to_camera * (first + 0.5) + camera.origin);
         let lanes = f32x4::from([0.0, 1.0, 2.0, 3.0]);
         let row = |start: f32, step: f32| f32x4::splat(start) + f32x4::splat(step) * lanes;
         let at = [row(start.x, along_x.x), row(start.y, along_x.y), row(start.z, along_x.z)];
@@ -266,7 +277,8 @@ impl<'a> Rows<'a> {
         let steps = [along_y, to_next_layer].map(|step| step.to_array().map(f32x4::splat));
         let [column, row] = pixels.last();
         let (stride, last) = (f32x4::splat(pixels.stride() as f32), [f32x4::splat(column), f32x4::splat(row)]);
-        Self { pixels: &pixels.all, stride, last, at, steps }
+        let level = f32x4::splat(level as f32);
+        Self { pixels: &pixels.all, stride, last, level, at, steps }
     }
 
     #[inline(always)]
@@ -285,9 +297,9 @@ impl<'a> Rows<'a> {
         let planes = Mat4::from_cols(p.plane, q.plane, r.plane, s.plane).transpose();
         let limits = Mat4::from_cols(p.limits, q.limits, r.limits, s.limits).transpose();
         let [a, b, c, d] = [planes.x_axis, planes.y_axis, planes.z_axis, planes.w_axis].map(lanes);
-        let [truncations, weights] = [limits.x_axis, limits.y_axis].map(lanes);
+        let [truncations, weights, levels] = [limits.x_axis, limits.y_axis, limits.z_axis].map(lanes);
         let distances = a * x + b * y + c * z + d;
-        let is_near = distances.simd_gt(-truncations);
+        let is_near = distances.simd_gt(-truncations) & levels.simd_eq(self.level);
         Measured { pixels: at, distances: distances.fast_min(truncations), weights: weights & is_near }
     }
 
