@@ -56,9 +56,7 @@ await runMain(async () => {
   requireToolchain();
   const [tools, modules] = [buildTools(), ensureNodeModules()];
   const planar = ensureWasmTarget().then(() => buildPart('planar', 'quick', tools));
-  const full = planar
-    .then(() => buildPart('formats', 'quick', tools))
-    .then(() => buildPart('full', 'quick', tools));
+  const full = planar.then(() => buildPart('formats', 'quick', tools)).then(() => buildPart('full', 'quick', tools));
   full.catch(() => undefined); // reported where it is awaited; until then something before it may fail
   await Promise.all([tools, modules, planar]);
   const address = await serve(port, full);
