@@ -20,12 +20,16 @@ thread_local! {
 /// computation. Pages that are not used yet take address space but no physical memory.
 pub fn grow_ahead() {
     let size = core::arch::wasm32::memory_size::<0>();
-    if size == KNOWN_SIZE.get() {
-        return;
+    if size != KNOWN_SIZE.get() {
+        make_room((size * PAGE_SIZE / 2).min(MAX_STEP));
     }
+}
+
+/// Enlarges the memory so that there is room for this many bytes in one place: before a step that takes much at once.
+pub fn make_room(num_bytes: usize) {
     let mut room = Vec::<u8>::new();
     // If this fails, a smaller allocation may still succeed.
-    let _ = room.try_reserve_exact((size * PAGE_SIZE / 2).min(MAX_STEP));
+    let _ = room.try_reserve_exact(num_bytes);
     drop(black_box(room));
     KNOWN_SIZE.set(core::arch::wasm32::memory_size::<0>());
 }

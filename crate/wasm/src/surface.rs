@@ -7,7 +7,7 @@ use wasm_bindgen::prelude::*;
 use crate::thrown::Thrown;
 
 use crate::from_object;
-use crate::memory::grow_ahead;
+use crate::memory::{grow_ahead, make_room};
 use scanstitch::error::Error;
 use scanstitch::geometry::{Pose3, TriangleMesh};
 use scanstitch::io::mesh::{self, MeshFormat};
@@ -199,7 +199,11 @@ impl Surface {
     }
 
     fn mesh(&mut self) -> &TriangleMesh {
-        self.mesh.get_or_insert_with(|| self.surface.mesh())
+        self.mesh.get_or_insert_with(|| {
+            // What is spread to the smallest voxels, and the vertices and triangles with where they are found.
+            make_room(2 * self.surface.num_bytes());
+            self.surface.mesh()
+        })
     }
 }
 

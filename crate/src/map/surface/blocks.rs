@@ -52,8 +52,8 @@ impl ColorSum {
 
     /// The mean, where there was a view.
     pub(super) fn mean(self) -> Option<[u8; 3]> {
-        let count = self.0 >> 48;
-        (count > 0).then(|| [0, 16, 32].map(|shift| (((self.0 >> shift & 0xffff) + count / 2) / count) as u8))
+        let count = (self.0 >> 48) as u32;
+        (count > 0).then(|| [0, 16, 32].map(|shift| ((u32::from((self.0 >> shift) as u16) + count / 2) / count) as u8))
     }
 }
 
@@ -104,7 +104,8 @@ impl Block {
     /// Adds a distance (voxel sides) to those of a voxel. Sums end at the largest number.
     pub(super) fn add(&mut self, at: usize, weight: i32, distance: f32) {
         self.weights[at] = self.weights[at].saturating_add(weight);
-        self.distances[at] = self.distances[at].saturating_add((weight as f32 * distance * STEPS).round() as i32);
+        self.distances[at] =
+            self.distances[at].saturating_add((weight as f32 * distance * STEPS).round_ties_even() as i32);
     }
 
     /// Sum of the squares of the mean distances (steps^2), by their weights, and the number of voxels that were measured.

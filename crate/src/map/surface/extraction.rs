@@ -159,7 +159,8 @@ impl<'a> Corners<'a> {
         let corner = |bits: usize| self.voxel([x + (bits & 1), y + (bits >> 1 & 1), z + (bits >> 2)]);
         let voxels: [Option<Voxel>; 8] = std::array::from_fn(corner);
         // What is free is free up to the truncation, however far away the surface is that was seen behind it.
-        let distances = voxels.map(|voxel| voxel.map(|voxel| voxel.distance.min(MIN_TRUNCATION_VOXELS)));
+        let up_to = |distance: f32| if distance < MIN_TRUNCATION_VOXELS { distance } else { MIN_TRUNCATION_VOXELS };
+        let distances = voxels.map(|voxel| voxel.map(|voxel| up_to(voxel.distance)));
         let (mut sum, mut count, mut num_jumps, mut is_crossed) = (Vec3::ZERO, 0.0, 0.0, [false; 3]);
         for [from, to] in EDGES {
             let (Some(a), Some(b)) = (distances[from], distances[to]) else { continue };
