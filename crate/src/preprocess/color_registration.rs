@@ -42,6 +42,7 @@ pub struct OutlineContrast {
 
 impl OutlineContrast {
     /// Of one frame.
+    #[inline(never)]
     pub fn new(image: &DepthImage, usable: &[bool], model: &DepthModel, brightness: &Brightness) -> Self {
         let (mut along_rows, mut along_columns) = (Vec::new(), Vec::new());
         let (in_rows, in_columns) = (SlopeSums::along_rows(brightness), SlopeSums::along_columns(brightness));

@@ -42,31 +42,42 @@ impl ErrorPropagation {
     /// Adds a frame that is registered to the surfaces of others, each with its part of the normal matrix, and returns the covariance
     /// of its error.
     fn add(&mut self, number: u32, parts: &FxHashMap<u32, Matrix6<f64>>, noise: &Matrix6<f64>) -> Matrix6<f64> {
-        let size = self.joint.nrows();
-        let (mut across, mut covariance) = (DMatrix::zeros(6, size), *noise);
         let shares: Vec<(usize, Matrix6<f64>)> =
-            shares(parts).map(|(frame, share)| (6 * self.place_of(frame), share)).collect();
-        for (place, share) in &shares {
-            across += share * self.joint.rows(*place, 6);
-        }
-        for (place, share) in &shares {
-            covariance += across.fixed_columns::<6>(*place) * share.transpose();
-        }
+            shares(parts).into_iter().map(|(frame, share)| (6 * self.place_of(frame), share)).collect();
+        let across = self.across(&shares);
+        let covariance = with_passed_on(noise, &shares, &across);
         let covariance = (covariance + covariance.transpose()) / 2.0;
         // For one that is found again after later ones, the next one stands.
         if self.frames.last().is_some_and(|last| *last >= number) {
             return covariance;
         }
-        let mut joint = std::mem::take(&mut self.joint).resize(size + 6, size + 6, 0.0);
-        joint.view_mut((size, 0), (6, size)).copy_from(&across);
-        joint.view_mut((0, size), (size, 6)).copy_from(&across.transpose());
-        joint.fixed_view_mut::<6, 6>(size, size).copy_from(&covariance);
-        self.joint = joint;
+        self.append(&across, &covariance);
         self.frames.push(number);
         if self.frames.len() > MAX_FRAMES {
             self.thin_out();
         }
         covariance
+    }
+
+    /// The covariance of an error, of which these are the shares of others, with all others.
+    #[inline(never)]
+    fn across(&self, shares: &[(usize, Matrix6<f64>)]) -> DMatrix<f64> {
+        let mut across = DMatrix::zeros(6, self.joint.nrows());
+        for (place, share) in shares {
+            across += share * self.joint.rows(*place, 6);
+        }
+        across
+    }
+
+    /// The joint covariance with one more error.
+    #[inline(never)]
+    fn append(&mut self, across: &DMatrix<f64>, covariance: &Matrix6<f64>) {
+        let size = self.joint.nrows();
+        let mut joint = std::mem::take(&mut self.joint).resize(size + 6, size + 6, 0.0);
+        joint.view_mut((size, 0), (6, size)).copy_from(across);
+        joint.view_mut((0, size), (size, 6)).copy_from(&across.transpose());
+        joint.fixed_view_mut::<6, 6>(size, size).copy_from(covariance);
+        self.joint = joint;
     }
 
     /// Index of the frame that stands for a number.
@@ -114,11 +125,22 @@ fn normal_matrices(hypothesis: &PoseHypothesis, reference: &ReferenceMap) -> FxH
 }
 
 /// The share of each frame's error in that of a frame that lies on their surfaces.
-fn shares(normal_matrices: &FxHashMap<u32, Matrix6<f64>>) -> impl Iterator<Item = (u32, Matrix6<f64>)> {
+#[inline(never)]
+fn shares(normal_matrices: &FxHashMap<u32, Matrix6<f64>>) -> Vec<(u32, Matrix6<f64>)> {
     let whole: Matrix6<f64> = normal_matrices.values().sum();
     // Rounding must not decide what nothing determines.
     let inverse = (whole + Matrix6::identity() * (1e-6 * whole.trace())).try_inverse().unwrap_or_else(Matrix6::zeros);
-    normal_matrices.iter().map(move |(frame, part)| (*frame, inverse * part))
+    normal_matrices.iter().map(|(frame, part)| (*frame, inverse * part)).collect()
+}
+
+/// The covariance of an error, of which these are the shares of others, with its own noise.
+#[inline(never)]
+fn with_passed_on(noise: &Matrix6<f64>, shares: &[(usize, Matrix6<f64>)], across: &DMatrix<f64>) -> Matrix6<f64> {
+    let mut covariance = *noise;
+    for (place, share) in shares {
+        covariance += across.fixed_columns::<6>(*place) * share.transpose();
+    }
+    covariance
 }
 
 /// What the open covariance of a position (m^2) adds; `None` where nothing bounds it.
@@ -217,7 +239,7 @@ mod tests {
         let found = FrameMatcher::new(&reference, &frame, DepthOptions::default()).register_at(Pose3::identity());
         let matrices = normal_matrices(&found, &reference);
         assert_eq!(matrices.len(), 2);
-        let (_, share) = shares(&matrices).find(|(frame, _)| *frame == 1).unwrap();
+        let (_, share) = shares(&matrices).into_iter().find(|(frame, _)| *frame == 1).unwrap();
         let (expected, actual) = (share * error, found.T_world_sensor().log());
         assert!((actual - expected).norm() < 0.15 * error.norm(), "{actual} {expected}");
         assert!(expected.norm() > 0.3 * error.norm() && (expected - error).norm() > 0.3 * error.norm());

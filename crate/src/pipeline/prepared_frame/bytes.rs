@@ -311,6 +311,7 @@ fn put<T: NoUninit>(bytes: &mut Vec<u8>, values: &[T]) {
 }
 
 /// The same, without a list of them.
+#[inline(never)]
 fn put_all<T: NoUninit>(bytes: &mut Vec<u8>, values: impl ExactSizeIterator<Item = T>) {
     bytes.extend((values.len() as u64).to_le_bytes());
     for value in values {
