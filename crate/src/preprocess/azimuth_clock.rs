@@ -29,6 +29,7 @@ impl AzimuthClock {
     /// Where a turn begins: at the first point, where the points are in the order of their measurement, and otherwise behind, as
     /// KITTI's ("Vision meets robotics: the KITTI dataset", IJRR 2013: the stamp is when the lidar faces forward). `None` where
     /// the points are not all around.
+    #[inline(never)]
     pub fn seam_of(points: &[Vec3]) -> Option<f64> {
         let azimuths: Vec<f64> = points.iter().map(azimuth).filter(|azimuth| azimuth.is_finite()).collect();
         let mut is_seen = [false; SECTORS];

@@ -55,13 +55,16 @@ const TIMES_OF_MAP: &str = "The times of points are not used: the coordinates do
 
 impl CloudReading {
     /// From the settings and the first cloud, with the bytes of its file; and half of the size of what it shows (m).
-    pub(super) fn new(settings: &SpatialSettings, cloud: &PointCloud, bytes: &[u8]) -> (Self, f64) {
-        let points: Vec<DVec3> =
-            (0..cloud.len()).map(|index| cloud.absolute_point(index)).filter(|point| point.is_finite()).collect();
+    ///
+    /// # Errors
+    /// When its coordinates are degrees on the Earth's sphere.
+    pub(super) fn new(settings: &SpatialSettings, cloud: &PointCloud, bytes: &[u8]) -> Result<(Self, f64)> {
+        let points = finite_points(cloud);
         let extent = Extent::of(&points);
+        refuse_degrees(&extent)?;
         let is_sensor_at_origin = is_sensor_at_origin(&points, &extent);
         let center = if is_sensor_at_origin { DVec3::ZERO } else { extent.center() };
-        let sizes: Vec<f64> = points.iter().map(|point| point.distance(center)).collect();
+        let mut sizes = distances(&points, center);
         let (unit, assumption) = unit_of(settings, &points, &extent, sizes.clone(), bytes);
         let origin = (unit * center).round() + DVec3::ZERO;
         // Off the middle along the shortest side: floors, walls and single surfaces all face one side then.
@@ -99,7 +102,7 @@ impl CloudReading {
             assumptions,
             notes,
         };
-        (reading, unit * quantile(&mut sizes.clone(), 0.5).unwrap_or(1.0))
+        Ok((reading, unit * quantile(&mut sizes, 0.5).unwrap_or(1.0)))
     }
 
     /// A cloud as it is read: in metres, behind the shift, single precision; its times in seconds from the frame's time stamp.
@@ -118,13 +121,21 @@ impl CloudReading {
     }
 }
 
+#[inline(never)]
+fn finite_points(cloud: &PointCloud) -> Vec<DVec3> {
+    (0..cloud.len()).map(|index| cloud.absolute_point(index)).filter(|point| point.is_finite()).collect()
+}
+
+#[inline(never)]
+fn distances(points: &[DVec3], center: DVec3) -> Vec<f64> {
+    points.iter().map(|point| point.distance(center)).collect()
+}
+
 /// Refuses x and y that are degrees on the Earth's sphere: within its bounds, far from (0, 0), and hardly spread beside the heights.
 ///
 /// # Errors
 /// When they are.
-pub(super) fn refuse_degrees(cloud: &PointCloud) -> Result<()> {
-    let points = (0..cloud.len()).map(|index| cloud.absolute_point(index)).filter(|point| point.is_finite());
-    let extent = Extent::of(&points.collect::<Vec<_>>());
+fn refuse_degrees(extent: &Extent) -> Result<()> {
     let (low, side) = (extent.low, extent.high - extent.low);
     let is_on_sphere = extent.high.x.abs() <= 180.0 && extent.high.y.abs() <= 90.0 && low.x.abs() + low.y.abs() > 1.0;
     if !is_on_sphere || side.x.max(side.y) >= DEGREES_PER_HEIGHT * side.z {

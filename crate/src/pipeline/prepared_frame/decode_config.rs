@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::cloud_reading::{CloudReading, refuse_degrees};
+use super::cloud_reading::CloudReading;
 use super::depth_values::values_of;
 use super::files::{read_cloud, read_depth};
 use super::single_precision::refuse_rounded;
@@ -74,8 +74,8 @@ impl DecodeConfig {
     pub fn new(settings: &SpatialSettings, name: &str, first: &[u8]) -> Result<Self> {
         if point_cloud::is_cloud(first) {
             let points = read_cloud(name, first)?;
-            let (cloud, size) = CloudReading::new(settings, &points, first);
-            refuse_degrees(&points).map_err(|error| error.in_file(name))?;
+            let reading = CloudReading::new(settings, &points, first).map_err(|error| error.in_file(name));
+            let (cloud, size) = reading?;
             refuse_rounded(&points, size / cloud.unit).map_err(|error| error.in_file(name))?;
             let settings = settings.for_clouds(size);
             return Ok(Self { settings, registers_colors: false, depth: None, cloud: Some(cloud) });

@@ -34,12 +34,14 @@ pub(super) struct Extent {
 }
 
 impl Extent {
+    #[inline(never)]
     pub(super) fn of(points: &[DVec3]) -> Self {
-        let corner = |share: f64| {
-            let at = |axis: usize| quantile(&mut points.iter().map(|p| p[axis]).collect::<Vec<f64>>(), share);
-            DVec3::new(at(0).unwrap_or(0.0), at(1).unwrap_or(0.0), at(2).unwrap_or(0.0))
+        let of_axis = |axis: usize| {
+            let mut values: Vec<f64> = points.iter().map(|point| point[axis]).collect();
+            [OUTLIER_SHARE, 1.0 - OUTLIER_SHARE].map(|share| quantile(&mut values, share).unwrap_or(0.0))
         };
-        Self { low: corner(OUTLIER_SHARE), high: corner(1.0 - OUTLIER_SHARE) }
+        let [x, y, z] = [0, 1, 2].map(of_axis);
+        Self { low: DVec3::new(x[0], y[0], z[0]), high: DVec3::new(x[1], y[1], z[1]) }
     }
 
     pub(super) fn center(&self) -> DVec3 {
@@ -57,6 +59,7 @@ impl Extent {
 }
 
 /// Whether a sensor at the origin can have taken these points.
+#[inline(never)]
 pub(super) fn is_sensor_at_origin(points: &[DVec3], extent: &Extent) -> bool {
     let points: Vec<DVec3> = evenly_chosen(points.len(), MAX_POINTS).iter().map(|&point| points[point]).collect();
     let distance = extent.distance();
