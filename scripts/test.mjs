@@ -18,6 +18,7 @@ import {
 } from 'node:fs';
 import { availableParallelism, tmpdir } from 'node:os';
 import { join } from 'node:path';
+import { pathToFileURL } from 'node:url';
 import { afterSecondTry, believe, countCargo, countNode, countPlaywright, noWarnings } from './counts.mjs';
 import { buildPackage, buildPart, buildTools } from './engine.mjs';
 import { say } from './progress.mjs';
@@ -76,6 +77,10 @@ const CONSUMER_ENV = {
 /** More tests of the page than this fail for a reason (of some 320; by chance it was none, one or two in each run). */
 const MOST_BY_CHANCE = 3;
 const CLI_TESTS = join('tests', 'cli');
+/** It begins with the engine's memory as it is loaded. */
+const MEMORY_TEST = 'memory.test.mjs';
+/** So many processes, of which the last to end does not keep the others waiting. */
+const NUM_CLI_GROUPS = 6;
 const PRETTIER_CACHE = ['--cache-location', join(TARGET_DIR, 'prettier')];
 
 /** Node 20 before 20.10 knows no such option, and runs one file less at a time than there are processors. */
@@ -441,10 +446,24 @@ async function wasmPackTests() {
   return believe(countCargo(output), code);
 }
 
+/** Several files share a process, in which the engine is compiled and optimised once. */
 async function nodeTests() {
-  // By their names: newer versions of Node take a folder for a module.
   const names = readdirSync(join(ROOT, CLI_TESTS)).filter((name) => name.endsWith('.test.mjs'));
-  const files = names.map((name) => join(CLI_TESTS, name));
+  const folder = join(TARGET_DIR, 'cli');
+  rmSync(folder, { recursive: true, force: true });
+  mkdirSync(folder, { recursive: true });
+  const together = names.filter((name) => name !== MEMORY_TEST);
+  const groups = [
+    [MEMORY_TEST],
+    ...Array.from({ length: NUM_CLI_GROUPS }, (_, group) =>
+      together.filter((_, index) => index % NUM_CLI_GROUPS === group),
+    ),
+  ];
+  const files = groups.map((group, index) => {
+    const imports = group.map((name) => `import ${JSON.stringify(pathToFileURL(join(ROOT, CLI_TESTS, name)))};\n`);
+    writeFileSync(join(folder, `${index}.test.mjs`), imports.join(''));
+    return join(folder, `${index}.test.mjs`);
+  });
   const args = ['--test', ...NODE_TESTS_AT_A_TIME, '--test-reporter=spec', ...files];
   const { code, output } = await capture(process.execPath, args, { echo: true });
   return believe(countNode(output), code);
