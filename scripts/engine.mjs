@@ -16,8 +16,8 @@ const WASM_TOOL = join(TARGET_DIR, 'tools', 'wasm');
 const TEST_RUNNER = join(TARGET_DIR, 'tools', 'wasm-bindgen-test-runner');
 
 /**
- * Builds the tool of crate/xtask that makes JavaScript modules of compiled ones; for `wasm-pack test` wasm-bindgen and its test
- * runner as well.
+ * Builds the tool of crate/xtask that makes JavaScript modules of compiled ones; for `wasm-pack test` wasm-pack, wasm-bindgen and its
+ * test runner as well.
  * @param {{ withTestRunner?: boolean, env?: NodeJS.ProcessEnv, isUrgent?: boolean }} [options] not urgent: compiling the engine takes
  * longer, and the tools fill its gaps
  * @returns {Promise<string>} what cargo says

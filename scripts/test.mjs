@@ -6,9 +6,19 @@
  * `npm test -- --only NAME` runs one stage (more with more `--only`), `--only lint` all checks that run no test,
  * `--list` names them.
  */
-import { existsSync, mkdirSync, readdirSync, readFileSync, rmSync } from 'node:fs';
-import { availableParallelism } from 'node:os';
+import {
+  copyFileSync,
+  existsSync,
+  mkdirSync,
+  mkdtempSync,
+  readdirSync,
+  readFileSync,
+  rmSync,
+  writeFileSync,
+} from 'node:fs';
+import { availableParallelism, tmpdir } from 'node:os';
 import { join } from 'node:path';
+import { pathToFileURL } from 'node:url';
 import { afterSecondTry, believe, countCargo, countNode, countPlaywright, noWarnings } from './counts.mjs';
 import { buildPackage, buildPart, buildTools } from './engine.mjs';
 import { say } from './progress.mjs';
@@ -57,10 +67,20 @@ const WASM_TESTS = [isCI ? 'build' : 'check', '--tests', '--target', WASM_TARGET
 const WASM_TEST_ENV = { ...BY_CLIPPY, CARGO_PROFILE_DEV_OPT_LEVEL: '0', CARGO_INCREMENTAL: '0' };
 /** Seconds for the driver of the browser to answer, and for a whole run: by default 5 and 20, too few on a busy machine. */
 const WASM_TEST_DEADLINES = { WASM_BINDGEN_TEST_DRIVER_TIMEOUT: '60', WASM_BINDGEN_TEST_TIMEOUT: '300' };
-const WASM_PACK_VERSION = '0.15.1';
+/** An empty project has our folder and our profile for dependencies: what the two share is compiled once. */
+const CONSUMER_ENV = {
+  CARGO_TARGET_DIR: TARGET_DIR,
+  CARGO_PROFILE_DEV_OPT_LEVEL: '1',
+  CARGO_PROFILE_DEV_DEBUG: 'false',
+  CARGO_PROFILE_DEV_BUILD_OVERRIDE_OPT_LEVEL: '0',
+};
 /** More tests of the page than this fail for a reason (of some 320; by chance it was none, one or two in each run). */
 const MOST_BY_CHANCE = 3;
 const CLI_TESTS = join('tests', 'cli');
+/** It begins with the engine's memory as it is loaded. */
+const MEMORY_TEST = 'memory.test.mjs';
+/** So many processes, of which the last to end does not keep the others waiting. */
+const NUM_CLI_GROUPS = 6;
 const PRETTIER_CACHE = ['--cache-location', join(TARGET_DIR, 'prettier')];
 
 /** Node 20 before 20.10 knows no such option, and runs one file less at a time than there are processors. */
@@ -90,7 +110,7 @@ const wasmTarget = {
   run: ensureWasmTarget,
 };
 
-/** Where wasm-pack runs, with the tools that it needs: they share what is compiled. */
+/** Where wasm-pack runs, with it and the tools that it needs: they share what is compiled. */
 const tools = once(() => buildTools({ withTestRunner: isCI, env: BY_CLIPPY, isUrgent: true }));
 
 /** @type {Task} */
@@ -127,8 +147,6 @@ const otherBrowsers = {
   needs: [chromium], // apt does one thing at a time
   run: installOtherBrowsers,
 };
-/** @type {Task} */
-const wasmPack = { name: 'wasm-pack itself', about: 'cargo install wasm-pack', needs: [engine], run: installWasmPack };
 
 /** @type {Stage} */
 const build = {
@@ -160,6 +178,15 @@ const clippy = {
   needs: [rustLinters],
   folder: 'debug',
   run: async () => noWarnings(await capture('cargo', RUST_BUILD, { env: BY_CLIPPY, echo: true })),
+};
+/** @type {Stage} */
+const docs = {
+  name: 'docs',
+  about: 'the Rust documentation builds, and its links lead somewhere',
+  lint: true,
+  needs: [rustLinters],
+  folder: 'debug',
+  run: () => succeeds(['cargo', 'doc', '--no-deps', '--lib', ...ENGINE], { RUSTDOCFLAGS: '-D warnings' }),
 };
 /** @type {Stage} */
 const clippyWasm = {
@@ -206,15 +233,8 @@ const STAGES = [
     run: browserTests,
   },
   clippyWasm,
-  {
-    name: 'docs',
-    about: 'the Rust documentation builds, and its links lead somewhere',
-    lint: true,
-    needs: [rustLinters],
-    folder: 'debug',
-    run: () => succeeds(['cargo', 'doc', '--no-deps', '--lib', ...ENGINE], { RUSTDOCFLAGS: '-D warnings' }),
-  },
-  ...(isCI ? [wasmPackTested()] : []),
+  docs,
+  ...(isCI ? [crateTested(), wasmPackTested()] : []),
   lint('format', 'Rust is formatted', ['cargo', 'fmt', '--all', '--check'], { needs: [rustLinters], busy: 0 }),
   lint(
     'prettier',
@@ -261,9 +281,23 @@ function wasmPackTested() {
   return {
     name: 'wasm-pack',
     about: 'tests of the WebAssembly build in headless Chromium: wasm-pack test --headless --chrome',
-    needs: [clippyTools, clippyWasm, chromium, wasmPack],
+    needs: [clippyTools, clippyWasm, chromium],
     folder: 'debug',
     run: wasmPackTests,
+  };
+}
+
+/**
+ * What `cargo add scanstitch` brings. Its dependencies are those that `docs` has checked.
+ * @returns {Stage}
+ */
+function crateTested() {
+  return {
+    name: 'crate',
+    about: 'the crate as it is published compiles in an empty project, with the example of docs/api.md',
+    needs: [docs],
+    folder: 'debug',
+    run: crateTests,
   };
 }
 
@@ -361,27 +395,16 @@ async function installOtherBrowsers() {
 
 const canInstall = () => process.getuid?.() === 0 && answers('apt-get');
 
+/** What Debian has now: read once for all that is installed. */
+const updatePackageLists = once(() => run('apt-get', ['update', '--quiet=2']));
+
 /** @param {string} what @param {string[]} packages of Debian */
 async function install(what, packages) {
   await step(`Installing ${what} (apt)`, async () => {
     const env = { DEBIAN_FRONTEND: 'noninteractive' };
-    await run('apt-get', ['update', '--quiet=2'], { env });
+    await updatePackageLists();
     await run('apt-get', ['install', '--yes', '--quiet=2', '--no-install-recommends', ...packages], { env });
   });
-}
-
-/** wasm-pack, and the locked wasm-bindgen on the PATH, which it would build for minutes otherwise. */
-async function installWasmPack() {
-  prependPath(join(TARGET_DIR, 'tools'));
-  const root = join(TARGET_DIR, 'wasm-pack');
-  prependPath(join(root, 'bin'));
-  if (answers('wasm-pack')) return;
-  await step(`Installing wasm-pack ${WASM_PACK_VERSION} into target/wasm-pack`, () =>
-    // Unoptimised: it only starts other programs, and is built in half the time.
-    run('cargo', ['install', 'wasm-pack', '--version', WASM_PACK_VERSION, '--locked', '--debug', '--root', root], {
-      env: { CARGO_PROFILE_DEV_DEBUG: '0' },
-    }),
-  );
 }
 
 // The runners, and what they count.
@@ -392,16 +415,55 @@ async function rustTests() {
   return believe(countCargo(tests.output + docs.output), tests.code || docs.code);
 }
 
+/** What the example computes, its doctest asserts (crate/src/lib.rs). */
+async function crateTests() {
+  const { version } = JSON.parse(readFileSync(join(ROOT, 'package.json'), 'utf8'));
+  const [, example] = /^```rust\n([^]*?)^```$/m.exec(readFileSync(join(ROOT, 'docs', 'api.md'), 'utf8')) ?? [];
+  if (!example?.includes('fn main')) throw new StepError('docs/api.md has no program in Rust.');
+  const folder = mkdtempSync(join(tmpdir(), 'scanstitch-crate-'));
+  const cargo = (/** @type {string[]} */ args, /** @type {string} */ cwd) =>
+    run('cargo', [...args, '--offline', '--quiet'], { cwd, env: CONSUMER_ENV });
+  try {
+    await cargo(['package', '--no-verify', '--allow-dirty', '--package', 'scanstitch'], ROOT);
+    const [packed, project] = [`scanstitch-${version}`, join(folder, 'consumer')];
+    await run('tar', ['-xzf', join(TARGET_DIR, 'package', `${packed}.crate`)], { cwd: folder });
+    await cargo(['init', '--name', 'consumer', 'consumer'], folder);
+    await cargo(['add', '--path', join('..', packed)], project);
+    copyFileSync(join(folder, packed, 'Cargo.lock'), join(project, 'Cargo.lock'));
+    writeFileSync(join(project, 'src', 'main.rs'), example);
+    await cargo(['check'], project);
+  } finally {
+    rmSync(folder, { recursive: true, force: true });
+  }
+  return { ...NONE, passed: 1 };
+}
+
+/** With the tools of crate/xtask: wasm-pack would build the locked wasm-bindgen for minutes if it were not on the PATH. */
 async function wasmPackTests() {
+  prependPath(join(TARGET_DIR, 'tools'));
   const env = { ...WASM_TEST_ENV, ...WASM_TEST_DEADLINES };
   const { code, output } = await capture('wasm-pack', ['test', '--headless', '--chrome'], { env, echo: true });
   return believe(countCargo(output), code);
 }
 
+/** Several files share a process, in which the engine is compiled and optimised once. */
 async function nodeTests() {
-  // By their names: newer versions of Node take a folder for a module.
   const names = readdirSync(join(ROOT, CLI_TESTS)).filter((name) => name.endsWith('.test.mjs'));
-  const files = names.map((name) => join(CLI_TESTS, name));
+  const folder = join(TARGET_DIR, 'cli');
+  rmSync(folder, { recursive: true, force: true });
+  mkdirSync(folder, { recursive: true });
+  const together = names.filter((name) => name !== MEMORY_TEST);
+  const groups = [
+    [MEMORY_TEST],
+    ...Array.from({ length: NUM_CLI_GROUPS }, (_, group) =>
+      together.filter((_, index) => index % NUM_CLI_GROUPS === group),
+    ),
+  ];
+  const files = groups.map((group, index) => {
+    const imports = group.map((name) => `import ${JSON.stringify(pathToFileURL(join(ROOT, CLI_TESTS, name)))};\n`);
+    writeFileSync(join(folder, `${index}.test.mjs`), imports.join(''));
+    return join(folder, `${index}.test.mjs`);
+  });
   const args = ['--test', ...NODE_TESTS_AT_A_TIME, '--test-reporter=spec', ...files];
   const { code, output } = await capture(process.execPath, args, { echo: true });
   return believe(countNode(output), code);

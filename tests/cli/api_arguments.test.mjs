@@ -1,11 +1,11 @@
 // @ts-check
 /** Arguments of another type than the API's are refused, and never lead out of the engine's memory. */
 import assert from 'node:assert/strict';
-import { before, test } from 'node:test';
+import { test } from 'node:test';
 import * as api from '../../npm/index.js';
 import { asciiPly } from './support.mjs';
 
-before(() => api.load());
+await api.load();
 
 const CLOUD = new TextEncoder().encode(asciiPly([[0, 0, 0], [1, 0, 0], [0, 1, 0]])); // prettier-ignore
 const TUM = new TextEncoder().encode('0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n2 1 1 0 0 0 0 1\n');

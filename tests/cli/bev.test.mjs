@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { before, test } from 'node:test';
+import { test } from 'node:test';
 import * as engine from '../../npm/index.js';
 import { ROOT, scanstitch, temporaryFolder, writeFiles } from './support.mjs';
 
@@ -18,7 +18,7 @@ const PUBLISHED = [
   [273, 370],
 ];
 
-before(() => engine.load());
+await engine.load();
 
 /** @param {string} name */
 function preset(name) {

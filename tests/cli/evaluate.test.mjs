@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { before, test } from 'node:test';
+import { test } from 'node:test';
 import * as engine from '../../npm/index.js';
 import { asciiPly, DATA, ROOT, scanstitch, skipWithoutData, temporaryFolder, writeFiles } from './support.mjs';
 
@@ -15,7 +15,7 @@ const MATCH = ['--max-diff', '0.05', '--offset', '-0.25'];
 /** What evo 1.38.1 computes of the two files, see tests/data/README.md. */
 const evo = JSON.parse(readFileSync(join(OWN, 'evo.json'), 'utf8'));
 
-before(() => engine.load());
+await engine.load();
 
 /** @param {string[]} args */
 async function evaluateJson(args) {

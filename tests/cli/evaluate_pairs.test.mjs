@@ -3,11 +3,11 @@
 import assert from 'node:assert/strict';
 import { readdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { before, test } from 'node:test';
+import { test } from 'node:test';
 import * as engine from '../../npm/index.js';
 import { DATA, scanstitch, skipWithoutData, temporaryFolder, writeFiles } from './support.mjs';
 
-before(() => engine.load());
+await engine.load();
 
 /** @param {string[]} args */
 async function evaluated(args) {

@@ -4,11 +4,11 @@ import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { before, test } from 'node:test';
+import { test } from 'node:test';
 import * as engine from '../../npm/index.js';
 import { ROOT, scanstitch, spawnScanstitch } from './support.mjs';
 
-before(() => engine.load());
+await engine.load();
 
 test('--help names every command, option, exit code, setting and preset', async () => {
   const { status, stdout, stderr } = await scanstitch(['--help']);

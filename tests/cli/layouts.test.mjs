@@ -4,13 +4,13 @@
  * drive, or is named with what to do. Nothing that is read otherwise than it was meant is good.
  */
 import assert from 'node:assert/strict';
-import { before, test } from 'node:test';
+import { test } from 'node:test';
 import { load, Reconstruction } from '../../npm/index.js';
 import { readRecording } from '../../npm/recording_reader.js';
 import { bearings, DEGREE, LAST, PLACES, rangesAt } from './layout_room.mjs';
 import { count, DEPTH16, encode, JPEG, many, npy, RGB, understandAll } from './recording_files.mjs';
 
-before(() => load());
+await load();
 
 /** @typedef {Record<string, string | Uint8Array>} Files */
 /** @param {number} value @param {number} [digits] */

@@ -5,7 +5,7 @@ import { execFileSync, spawnSync } from 'node:child_process';
 import { existsSync, readFileSync, writeFileSync } from 'node:fs';
 import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
-import { before, test } from 'node:test';
+import { test } from 'node:test';
 import * as api from '../../npm/index.js';
 import {
   asciiPly,
@@ -18,7 +18,7 @@ import {
   writeFiles,
 } from './support.mjs';
 
-before(() => api.load());
+await api.load();
 
 /** @param {string} source */
 function bytes(source) {

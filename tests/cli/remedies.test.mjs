@@ -3,12 +3,12 @@
 import assert from 'node:assert/strict';
 import { readdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { before, test } from 'node:test';
+import { test } from 'node:test';
 import * as engine from '../../npm/index.js';
 import { REMEDY_CASES } from './remedy_cases.mjs';
 import { ROOT, scanstitch, temporaryFolder, writeFiles } from './support.mjs';
 
-before(() => engine.load());
+await engine.load();
 
 /** Sources whose texts are seen, without comments. @param {string} folder @param {RegExp} ending */
 function textsOf(folder, ending) {

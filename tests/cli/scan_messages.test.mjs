@@ -1,7 +1,7 @@
 // @ts-check
 /** Scans as programs print them: what a robot's tools leave behind is read as the scans that were measured. */
 import assert from 'node:assert/strict';
-import { before, test } from 'node:test';
+import { test } from 'node:test';
 import * as engine from '../../npm/index.js';
 import { convertFiles } from '../../npm/formats/convert.js';
 import { scanReader } from '../../npm/formats/scan_messages.js';
@@ -100,7 +100,7 @@ const FILES = [
   ],
 ];
 
-before(() => engine.load());
+await engine.load();
 
 /** @param {string} path @param {string} content */
 const fileOf = (path, content) => fileInMemory(path, new TextEncoder().encode(content));

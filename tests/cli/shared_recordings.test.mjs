@@ -2,7 +2,7 @@
 /** Every recording of the shared data is read at once, and how many frames it has; what is none is told of. */
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
-import { before, test } from 'node:test';
+import { test } from 'node:test';
 import * as engine from '../../npm/index.js';
 import { readAs } from '../../scripts/recordings.mjs';
 import { DATA, skipWithoutData as skip } from './support.mjs';
@@ -50,7 +50,7 @@ const RECORDINGS = [
   ['bags/rosbag2_resources/sqlite3_wrong_rmw_test', 'nothing', 0],
 ];
 
-before(() => engine.load());
+await engine.load();
 
 for (const [path, kind, frames] of RECORDINGS) {
   test(`${path}: ${frames === 0 ? 'told of' : `${kind}, ${frames}`}`, { skip }, async () => {

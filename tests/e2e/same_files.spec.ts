@@ -2,7 +2,7 @@
 import { cpSync, existsSync, mkdirSync, readdirSync, readFileSync, statSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { unzipSync } from 'fflate';
-import { DATA, spawnScanstitch } from '../cli/support.mjs';
+import { DATA, scanstitch } from '../cli/support.mjs';
 import { type InputFile, SAMPLE_FOLDER, ScanstitchPage } from './scanstitch_page.js';
 import { drawNothing, expect, test } from './spatial_page.js';
 import { recording } from './spatial_recording.js';
@@ -42,7 +42,7 @@ async function expectSameFiles(app: ScanstitchPage, files: readonly InputFile[],
   }
   const [only] = readdirSync(given);
   const out = join(folder, 'out');
-  const { status, stderr } = spawnScanstitch(['reconstruct', join(given, only ?? ''), '--out', out]);
+  const { status, stderr } = await scanstitch(['reconstruct', join(given, only ?? ''), '--out', out]);
   expect([0, 2], stderr).toContain(status);
 
   await app.openEmpty();
