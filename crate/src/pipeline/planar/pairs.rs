@@ -17,15 +17,13 @@ use crate::registration::free_space::FreeSpaceTally;
 
 /// So many pairs of scans or stretches of the way, at most, are compared all over a recording.
 pub(in crate::pipeline) const COMPARED: usize = 48;
-/// Largest number of scans between the two of a pair: the motion is then small enough for both to see the same.
-const MAX_APART: usize = 64;
 
 /// Pairs of these scans, spread over all of them: of each the one with the nearest later scan that makes a pair with it.
 pub(in crate::pipeline) fn spread_pairs<T>(scans: &[usize], pair: impl Fn(usize, usize) -> Option<T>) -> Vec<T> {
     let stride = scans.len().div_ceil(COMPARED).max(1);
     let pair_of = |place: usize| {
-        let apart = std::iter::successors(Some(1), |apart| Some(2 * apart)).take_while(|&apart| apart <= MAX_APART);
-        apart.filter_map(|apart| scans.get(place + apart)).find_map(|&later| pair(scans[place], later))
+        let apart = std::iter::successors(Some(1), |apart| Some(2 * apart));
+        apart.map_while(|apart| scans.get(place + apart)).find_map(|&later| pair(scans[place], later))
     };
     (0..scans.len()).step_by(stride).filter_map(pair_of).collect()
 }
