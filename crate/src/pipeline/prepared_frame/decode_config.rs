@@ -74,9 +74,9 @@ impl DecodeConfig {
     pub fn new(settings: &SpatialSettings, name: &str, first: &[u8]) -> Result<Self> {
         if point_cloud::is_cloud(first) {
             let points = read_cloud(name, first)?;
-            let reading = CloudReading::new(settings, &points, first).map_err(|error| error.in_file(name));
-            let (cloud, size) = reading?;
-            refuse_rounded(&points, size / cloud.unit).map_err(|error| error.in_file(name))?;
+            let in_file = |error: Error| error.in_file(name);
+            let (cloud, size) = CloudReading::new(settings, &points, first).map_err(in_file)?;
+            refuse_rounded(&points, size / cloud.unit).map_err(in_file)?;
             let settings = settings.for_clouds(size);
             return Ok(Self { settings, registers_colors: false, depth: None, cloud: Some(cloud) });
         }

@@ -397,3 +397,31 @@ fn apply_pose_updates_of(
         None => {}
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::spatial_settings::SpatialSettings;
+
+    /// Which of the two readings is left after so many frames, of which truncated depth has this many times the misfit of rounded depth.
+    fn decided(num_registered: usize, ratio: f64) -> Option<Quantisation> {
+        let image = [b"P5 64 48 255\n".as_slice(), &[100; 64 * 48]].concat();
+        let config = DecodeConfig::new(&SpatialSettings::default(), "0.pgm", &image).unwrap();
+        let mut hypotheses = Hypotheses::new(&config).unwrap();
+        assert_eq!(hypotheses.0.len(), 2);
+        for (hypothesis, misfit) in hypotheses.0.iter_mut().zip([ratio, 1.0]) {
+            (hypothesis.misfit, hypothesis.num_registered) = (misfit * num_registered as f64, num_registered);
+        }
+        hypotheses.is_decided().then(|| hypotheses.best().unwrap().quantisation)
+    }
+
+    #[test]
+    fn how_depth_was_rounded_is_decided_once_one_reading_fits_better_by_enough() {
+        use Quantisation::{Rounded, Truncated};
+        assert_eq!(decided(0, 2.0), None);
+        assert_eq!([1.7, 1.9, 0.6, 0.5].map(|ratio| decided(1, ratio)), [None, Some(Rounded), None, Some(Truncated)]);
+        assert_eq!([1.2, 1.25, 0.85, 0.8].map(|ratio| decided(3, ratio)), [None, Some(Rounded), None, Some(Truncated)]);
+        assert_eq!([1.0, 1.04, 1.06].map(|ratio| decided(11, ratio)), [None, None, Some(Rounded)]);
+        assert_eq!([1.0, 1.04].map(|ratio| decided(12, ratio)), [Some(Truncated); 2], "at the latest");
+    }
+}
