@@ -140,7 +140,9 @@ impl Hypotheses {
     fn is_decided(&self) -> bool {
         let [first, others @ ..] = &self.0[..] else { return false };
         let num_registered = first.num_registered as f64;
-        let log_ratio = others.first().map_or(0.0, |other| (first.misfit / other.misfit).ln().abs());
+        // Misfits are sums: those of as many frames.
+        let other = others.first().filter(|other| other.num_registered == first.num_registered);
+        let log_ratio = other.map_or(0.0, |other| (first.misfit / other.misfit).ln().abs());
         let most = DECIDING_FRAMES as f64;
         num_registered >= most || num_registered * log_ratio > most * DECIDING_RATIO.ln()
     }
@@ -403,8 +405,8 @@ mod tests {
     use super::*;
     use crate::pipeline::spatial_settings::SpatialSettings;
 
-    /// Which of the two readings is left after so many frames, of which truncated depth has this many times the misfit of rounded depth.
-    fn decided(num_registered: usize, ratio: f64) -> Option<Quantisation> {
+    /// After so many frames, of which truncated depth has this many times the misfit of rounded depth.
+    fn after(num_registered: usize, ratio: f64) -> Hypotheses {
         let image = [b"P5 64 48 255\n".as_slice(), &[100; 64 * 48]].concat();
         let config = DecodeConfig::new(&SpatialSettings::default(), "0.pgm", &image).unwrap();
         let mut hypotheses = Hypotheses::new(&config).unwrap();
@@ -412,6 +414,12 @@ mod tests {
         for (hypothesis, misfit) in hypotheses.0.iter_mut().zip([ratio, 1.0]) {
             (hypothesis.misfit, hypothesis.num_registered) = (misfit * num_registered as f64, num_registered);
         }
+        hypotheses
+    }
+
+    /// Which of the two readings is left then.
+    fn decided(num_registered: usize, ratio: f64) -> Option<Quantisation> {
+        let hypotheses = after(num_registered, ratio);
         hypotheses.is_decided().then(|| hypotheses.best().unwrap().quantisation)
     }
 
@@ -423,5 +431,12 @@ mod tests {
         assert_eq!([1.2, 1.25, 0.85, 0.8].map(|ratio| decided(3, ratio)), [None, Some(Rounded), None, Some(Truncated)]);
         assert_eq!([1.0, 1.04, 1.06].map(|ratio| decided(11, ratio)), [None, None, Some(Rounded)]);
         assert_eq!([1.0, 1.04].map(|ratio| decided(12, ratio)), [Some(Truncated); 2], "at the latest");
+    }
+
+    #[test]
+    fn a_reading_by_which_fewer_frames_are_registered_does_not_fit_better() {
+        let mut hypotheses = after(6, 1.0);
+        (hypotheses.0[1].misfit, hypotheses.0[1].num_registered) = (2.0, 2);
+        assert!(!hypotheses.is_decided());
     }
 }
