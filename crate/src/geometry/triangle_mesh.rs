@@ -52,7 +52,7 @@ impl TriangleMesh {
 
     /// Without the parts, joined by shared vertices, whose triangles have less than this size together.
     #[must_use]
-    pub fn without_islands(&self, min_size: f32, size: impl Fn([u32; 3]) -> f32) -> Self {
+    pub fn without_islands(self, min_size: f32, size: impl Fn(&Self, [u32; 3]) -> f32) -> Self {
         let edges = self
             .triangles
             .iter()
@@ -60,7 +60,7 @@ impl TriangleMesh {
         let parts = connected_parts(self.positions.len(), edges);
         let mut sizes = vec![0.0; self.positions.len()];
         for &triangle in &self.triangles {
-            sizes[parts[triangle[0] as usize]] += size(triangle);
+            sizes[parts[triangle[0] as usize]] += size(&self, triangle);
         }
         let is_kept: Vec<bool> = parts.iter().map(|&part| sizes[part] >= min_size).collect();
         self.selected(&is_kept)
@@ -68,33 +68,32 @@ impl TriangleMesh {
 
     /// With these triangles over its vertices, fewer of them: vertices that none uses are left out.
     #[must_use]
-    pub fn with_triangles(&self, triangles: Vec<[u32; 3]>) -> Self {
+    pub fn with_triangles(self, triangles: Vec<[u32; 3]>) -> Self {
         let mut is_used = vec![false; self.positions.len()];
         triangles.iter().flatten().for_each(|&vertex| is_used[vertex as usize] = true);
-        Self { triangles, ..self.clone() }.selected(&is_used)
+        Self { triangles, ..self }.selected(&is_used)
     }
 
     /// The vertices that are kept, and the triangles between them.
-    fn selected(&self, is_kept: &[bool]) -> Self {
+    fn selected(mut self, is_kept: &[bool]) -> Self {
         let mut numbers = vec![u32::MAX; is_kept.len()];
-        let mut kept = Vec::new();
-        for (vertex, _) in is_kept.iter().enumerate().filter(|&(_, &is_kept)| is_kept) {
-            numbers[vertex] = kept.len() as u32;
-            kept.push(vertex);
-        }
-        let renumbered = self.triangles.iter().map(|triangle| triangle.map(|vertex| numbers[vertex as usize]));
-        Self {
-            positions: pick(&self.positions, &kept),
-            normals: pick(&self.normals, &kept),
-            colors: pick(&self.colors, &kept),
-            deviations: pick(&self.deviations, &kept),
-            filled: pick(&self.filled, &kept),
-            triangles: renumbered.filter(|triangle| !triangle.contains(&u32::MAX)).collect(),
-        }
+        let kept = numbers.iter_mut().zip(is_kept).filter(|(_, is_kept)| **is_kept);
+        kept.zip(0..).for_each(|((number, _), place)| *number = place);
+        retain(&mut self.positions, is_kept);
+        retain(&mut self.normals, is_kept);
+        retain(&mut self.colors, is_kept);
+        retain(&mut self.deviations, is_kept);
+        retain(&mut self.filled, is_kept);
+        self.triangles.retain_mut(|triangle| {
+            *triangle = triangle.map(|vertex| numbers[vertex as usize]);
+            !triangle.contains(&u32::MAX)
+        });
+        self
     }
 }
 
-/// The entries of the vertices that are kept; none where there are none.
-fn pick<T: Copy>(all: &[T], kept: &[usize]) -> Vec<T> {
-    if all.is_empty() { Vec::new() } else { kept.iter().map(|&vertex| all[vertex]).collect() }
+/// Keeps the entries of the vertices that are kept; there may be none.
+fn retain<T>(all: &mut Vec<T>, is_kept: &[bool]) {
+    let mut kept = is_kept.iter();
+    all.retain(|_| kept.next().is_none_or(|&is_kept| is_kept));
 }

@@ -148,8 +148,8 @@ impl Surface {
             let problem = format!("These are no triangles over {num_vertices} vertices");
             return Err(Error::whole(problem, "Give three vertices for each").into());
         }
-        let decimated = mesh.with_triangles(triangles.to_vec());
-        self.mesh = Some(decimated);
+        let mesh = self.mesh.take().unwrap_or_default();
+        self.mesh = Some(mesh.with_triangles(triangles.to_vec()));
         Ok(())
     }
 

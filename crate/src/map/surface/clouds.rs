@@ -82,7 +82,7 @@ impl CloudFusion {
         let blocks = self.field();
         // Planes reach beyond the corner of a room, where rims would stand out.
         let mut mesh = extract(Layers(&[&blocks]), self.voxel_size, 1.0 / WEIGHT_INFORMATION, false);
-        mesh = mesh.without_islands(self.options.min_island_area(self.voxel_size), |triangle| mesh.area(triangle));
+        mesh = mesh.without_islands(self.options.min_island_area(self.voxel_size), TriangleMesh::area);
         mesh.set_normals();
         mesh
     }

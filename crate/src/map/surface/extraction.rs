@@ -6,7 +6,7 @@
 use glam::Vec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::blocks::{KnownBlock, Layers, PART_VOXELS, SIDE, VOXELS, Voxel, index, positions};
+use super::blocks::{KnownBlock, Layers, PART_VOXELS, SIDE, Voxel, index, positions};
 use super::pixels::MIN_TRUNCATION_VOXELS;
 use crate::geometry::TriangleMesh;
 use crate::preprocess::depth_surfels::SHARED_ERROR;
@@ -21,14 +21,37 @@ const IN_FRONT: u8 = 2;
 /// to a free one, whose distance is [`MIN_TRUNCATION_VOXELS`], has a surface between where it lies less than half of its side behind one.
 /// A curtain behind an outline is no longer than that.
 const MAX_CHANGE: f32 = MIN_TRUNCATION_VOXELS + 0.5;
-/// No vertex.
-const NONE: u32 = u32::MAX;
 /// The edges of a cell: corners as bits x, y, z.
 const EDGES: [[usize; 2]; 12] =
     [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]];
 
-/// The vertices of a block's cells.
-type CellVertices = Box<[u32; VOXELS]>;
+/// Which cells of a block have a vertex. They are numbered in the order of z, y and x.
+struct CellVertices {
+    /// Corner (blocks).
+    block: [i32; 3],
+    /// The number of the first vertex.
+    first: u32,
+    /// By z; bit 8 y + x.
+    layers: [u64; SIDE],
+}
+
+impl CellVertices {
+    /// The number of a cell's vertex, where it has one.
+    fn number(&self, [x, y, z]: [usize; 3]) -> Option<u32> {
+        let bit = 1 << (SIDE * y + x);
+        let before: u32 = self.layers[..z].iter().map(|layer| layer.count_ones()).sum();
+        let in_layer = || (self.layers[z] & (bit - 1)).count_ones();
+        (self.layers[z] & bit != 0).then(|| self.first + before + in_layer())
+    }
+
+    /// The cells with a vertex, in its order.
+    fn cells(&self) -> impl Iterator<Item = [usize; 3]> {
+        self.layers.iter().enumerate().flat_map(|(z, &layer)| {
+            let set = std::iter::successors(Some(layer), |left| Some(left & (left - 1))).take_while(|&left| left != 0);
+            set.map(move |left| left.trailing_zeros() as usize).map(move |bit| [bit % SIDE, bit / SIDE, z])
+        })
+    }
+}
 
 /// A mesh that grows by the vertices of cells.
 #[derive(Default)]
@@ -36,11 +59,12 @@ struct Extraction {
     mesh: TriangleMesh,
     has_colors: bool,
     has_rims: bool,
-    /// By block.
-    vertices: FxHashMap<[i32; 3], CellVertices>,
-    /// Of each vertex its cell, whether the first corner of that lies behind the surface, and the axes along which the surface crosses
-    /// the edge from there.
-    cells: Vec<([i32; 3], bool, [bool; 3])>,
+    vertices: Vec<CellVertices>,
+    /// Where in that list a block is.
+    by_block: FxHashMap<[i32; 3], u32>,
+    /// Of each vertex, as bits 0 to 2, the axes along which the surface crosses the edge from the first corner of its cell; bit 3 where
+    /// that corner lies behind the surface.
+    crossings: Vec<u8>,
 }
 
 /// The surface of a field with voxels of this size (m); `variance` is that of a weight of 1 (m^2). Cells in which the
@@ -48,9 +72,7 @@ struct Extraction {
 pub(super) fn extract(blocks: Layers<'_>, voxel_size: f32, variance: f32, has_rims: bool) -> TriangleMesh {
     let mut extraction = Extraction { has_rims, ..Extraction::default() };
     for block in with_blocks_before(blocks) {
-        if let Some(vertices) = extraction.add_vertices(&Corners::of(blocks, block), block, voxel_size, variance) {
-            extraction.vertices.insert(block, vertices);
-        }
+        extraction.add_vertices(&Corners::of(blocks, block), block, voxel_size, variance);
     }
     if !extraction.has_colors {
         extraction.mesh.colors.clear();
@@ -204,23 +226,17 @@ fn mean_color(colors: impl Iterator<Item = [u8; 3]>) -> Option<[u8; 3]> {
 }
 
 impl Extraction {
-    fn add_vertices(
-        &mut self,
-        corners: &Corners,
-        block: [i32; 3],
-        voxel_size: f32,
-        variance: f32,
-    ) -> Option<CellVertices> {
-        let mut numbers: Option<CellVertices> = None;
+    fn add_vertices(&mut self, corners: &Corners, block: [i32; 3], voxel_size: f32, variance: f32) {
+        let mut vertices = CellVertices { block, first: self.crossings.len() as u32, layers: [0; SIDE] };
         corners.for_each_crossed(|x, y, z| {
             let is_kept = |vertex: &CellVertex| self.has_rims || !vertex.is_rim;
             let Some(vertex) = corners.vertex(x, y, z).filter(is_kept) else { return };
-            numbers.get_or_insert_with(|| Box::new([NONE; VOXELS]))[index(x, y, z)] = self.cells.len() as u32;
-            let cell = [x, y, z].map(|at| at as i32);
-            let cell = [0, 1, 2].map(|axis| block[axis] * SIDE as i32 + cell[axis]);
+            vertices.layers[z] |= 1 << (SIDE * y + x);
+            let axes = vertex.is_crossed.iter().enumerate().map(|(axis, &is_crossed)| u8::from(is_crossed) << axis);
+            self.crossings.push(axes.sum::<u8>() | u8::from(vertex.is_behind) << 3);
+            let cell = cell_at(block, [x, y, z]);
             // Corners of cells are the centres of voxels.
             let place = Vec3::new(cell[0] as f32, cell[1] as f32, cell[2] as f32) + vertex.place + 0.5;
-            self.cells.push((cell, vertex.is_behind, vertex.is_crossed));
             self.mesh.positions.push(place * voxel_size);
             // That of the mean of independent views, and what noise they share, which is in each of them.
             let views = 1.0 + (SHARED_ERROR * SHARED_ERROR) as f32 * vertex.noisy_views;
@@ -230,35 +246,50 @@ impl Extraction {
             self.mesh.colors.push(vertex.color.unwrap_or([128; 3]));
             self.has_colors |= vertex.color.is_some();
         });
-        numbers
+        if vertices.layers != [0; SIDE] {
+            self.by_block.insert(block, self.vertices.len() as u32);
+            self.vertices.push(vertices);
+        }
     }
 
     /// Two triangles for each edge from the first corner of a cell that the surface crosses, between the four cells around it.
     fn add_triangles(&mut self) {
-        for vertex in 0..self.cells.len() {
-            let (cell, is_behind, is_crossed) = self.cells[vertex];
-            for axis in (0..3).filter(|&axis| is_crossed[axis]) {
-                let before = |right: bool, up: bool| {
-                    let mut cell = cell;
-                    cell[(axis + 1) % 3] -= i32::from(right);
-                    cell[(axis + 2) % 3] -= i32::from(up);
-                    self.vertex_of(cell)
-                };
-                let around = (before(true, true), before(false, true), before(true, false));
-                if let (Some(a), Some(b), Some(d)) = around {
-                    let c = vertex as u32;
-                    add_quad(&mut self.mesh, if is_behind { [a, b, c, d] } else { [d, c, b, a] });
+        let num_crossed: u32 = self.crossings.iter().map(|bits| (bits & 0b111).count_ones()).sum();
+        self.mesh.triangles.reserve_exact(2 * num_crossed as usize);
+        for block in &self.vertices {
+            for (c, at) in (block.first..).zip(block.cells()) {
+                let bits = self.crossings[c as usize];
+                for axis in (0..3).filter(|axis| bits >> axis & 1 != 0) {
+                    let before = |right: bool, up: bool| {
+                        let mut cell = cell_at(block.block, at);
+                        cell[(axis + 1) % 3] -= i32::from(right);
+                        cell[(axis + 2) % 3] -= i32::from(up);
+                        self.vertex_of(block, cell)
+                    };
+                    let around = (before(true, true), before(false, true), before(true, false));
+                    if let (Some(a), Some(b), Some(d)) = around {
+                        let is_behind = bits >> 3 != 0;
+                        add_quad(&mut self.mesh, if is_behind { [a, b, c, d] } else { [d, c, b, a] });
+                    }
                 }
             }
         }
     }
 
-    fn vertex_of(&self, [x, y, z]: [i32; 3]) -> Option<u32> {
+    /// The vertex of a cell, which may lie in a block at hand.
+    fn vertex_of(&self, at_hand: &CellVertices, [x, y, z]: [i32; 3]) -> Option<u32> {
         let side = SIDE as i32;
-        let vertices = self.vertices.get(&[x, y, z].map(|at| at.div_euclid(side)))?;
-        let [x, y, z] = [x.rem_euclid(side), y.rem_euclid(side), z.rem_euclid(side)];
-        Some(vertices[index(x as usize, y as usize, z as usize)]).filter(|&vertex| vertex != NONE)
+        let block = [x, y, z].map(|at| at.div_euclid(side));
+        let other = || Some(&self.vertices[*self.by_block.get(&block)? as usize]);
+        let vertices = if block == at_hand.block { at_hand } else { other()? };
+        vertices.number([x, y, z].map(|at| at.rem_euclid(side) as usize))
     }
+}
+
+/// A cell of a block, among all.
+fn cell_at(block: [i32; 3], [x, y, z]: [usize; 3]) -> [i32; 3] {
+    let [at_x, at_y, at_z] = block.map(|at| at * SIDE as i32);
+    [at_x + x as i32, at_y + y as i32, at_z + z as i32]
 }
 
 /// Two triangles, divided along the shorter diagonal.

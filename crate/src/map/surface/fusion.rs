@@ -268,8 +268,8 @@ impl SurfaceFusion {
         let spread = self.spread();
         let blocks = [&spread, &self.levels[0].blocks];
         let blocks = Layers(&blocks);
-        let mut mesh = extract(blocks, self.voxel_size, self.variance_ratio() as f32 / WEIGHT_INFORMATION, true);
-        mesh = self.without_islands(&mesh);
+        let variance = self.variance_ratio() as f32 / WEIGHT_INFORMATION;
+        let mut mesh = self.without_islands(extract(blocks, self.voxel_size, variance, true));
         mesh.set_normals();
         if self.options.max_hole_size > 0.0 {
             fill_holes(&mut mesh, self.options.max_hole_size as f32, |place| self.is_seen_through(blocks, place));
@@ -279,15 +279,17 @@ impl SurfaceFusion {
     }
 
     /// Without the parts that are too small.
-    fn without_islands(&self, mesh: &TriangleMesh) -> TriangleMesh {
+    fn without_islands(&self, mesh: TriangleMesh) -> TriangleMesh {
         let min_area = self.options.min_island_area as f32;
         if min_area > 0.0 {
-            return mesh.without_islands(min_area, |triangle| mesh.area(triangle));
+            return mesh.without_islands(min_area, TriangleMesh::area);
         }
         // A square of ten standard deviations: noise makes parts as large as itself, and what was measured more surely is kept, however
         // few voxels it has. A tenth of it makes the mean error of a D435 1.5 times as large, four times as much leaves no less
         // (docs/measurements/surface.md).
-        mesh.without_islands(100.0, |triangle| mesh.area(triangle) / mesh.deviations[triangle[0] as usize].powi(2))
+        mesh.without_islands(100.0, |mesh, triangle| {
+            mesh.area(triangle) / mesh.deviations[triangle[0] as usize].powi(2)
+        })
     }
 
     /// Fills holes up to this extent from now on (m); 0: none.
