@@ -132,12 +132,9 @@ pub const UNKNOWN_SIGMA: (f64, f64) = (0.6, 1.5);
 pub const MIN_RIVAL_DISTANCE: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
 /// Number of consecutive registered frames from which the motion is known.
 pub const MIN_FRAMES_KNOWN_MOTION: usize = 2;
-/// Largest change of the position from what the motion before leads to (m): with 0.25 m, that of slip, fr079 has 1391 good frames from
-/// scans alone (1403); ...
-const MAX_MOTION_CHANGE: f64 = 0.3;
-/// ... to which this share of the last motion is added. A heading may change by as much as the usual search looks for: a robot that
-/// begins to turn.
-const MAX_MOTION_CHANGE_SHARE: f64 = 0.5;
+/// Largest change of the position from what the motion before leads to: this share of that motion and of what makes another place. A
+/// heading may change by as much as the usual search looks for: a robot that begins to turn.
+const MAX_MOTION_CHANGE: f64 = 0.5;
 /// A second place rivals the first when it scores this share of it and lies on the map with this share: what a good registration may
 /// miss makes no difference. Where the motion is not known, a scan may look elsewhere and show less of the map: any share that is an
 /// overlap counts.
@@ -283,8 +280,8 @@ fn is_continuation(off: &Pose2, before: f64) -> bool {
 }
 
 /// How much (m) the next motion may differ from one of this length (m).
-fn largest_change(before: f64) -> f64 {
-    MAX_MOTION_CHANGE + MAX_MOTION_CHANGE_SHARE * before
+pub fn largest_change(before: f64) -> f64 {
+    MAX_MOTION_CHANGE * (MIN_RIVAL_DISTANCE.translation + before)
 }
 
 fn unregistered(T_world_sensor: Pose2, assessment: Assessment, link: Link) -> FrameEstimate {

@@ -30,8 +30,9 @@ const PLANAR_LIMITS: Limits = Limits {
 pub(crate) fn assess(registration: &PlanarRegistration, seen: FreeSpaceTally) -> Assessment {
     let last = &registration.last;
     let weakest = &registration.observability;
+    // What the larger part of the direction, which has length 1, is.
     let motion =
-        if weakest.weakest_direction[0].abs() > 0.7 { Unconstrained::Heading } else { Unconstrained::Position };
+        if weakest.weakest_direction[0].powi(2) > MOST { Unconstrained::Heading } else { Unconstrained::Position };
     let evidence = Evidence {
         num_pairs: last.num_inliers,
         overlap: registration.fitness,

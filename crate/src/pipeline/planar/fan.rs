@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 use std::rc::Rc;
 
 use super::pairs::{known, register_alone, spread_pairs};
+use crate::geometry::quantile::THREE_SIGMA;
 use crate::io::laser_log::{Bearings, LaserLog, LaserScan};
 use crate::odometry::planar::assess::{MIN_POINTS, MOST};
 use crate::odometry::planar::hypothesis::agrees_as_well;
@@ -16,31 +17,23 @@ use crate::registration::free_space::beams::tolerance;
 
 /// The fans of lasers (degrees): what they are sold with.
 const USUAL_FANS: [f64; 5] = [100.0, 180.0, 240.0, 270.0, 360.0];
-/// Fans whose ratio differs from 1 by less are the same: a beam more or less, or a rounded step.
-const SAME_FAN: f64 = 0.05;
-/// Another fan has to make more of the returns agree, or the poses in the log likelier, in so many pairs that chance does it once in
-/// this many logs.
-const CHANCE: f64 = 1e-4;
 
 /// The log with the fan that its scans tell, and a sentence that says so; `None` where they do not refute the one stated.
 pub(super) fn corrected(log: &LaserLog, settings: &Settings) -> Option<(LaserLog, String)> {
-    let stated = fan(log.scans.first()?).filter(|_| !log.are_bearings_given)?;
+    let (stated, num_steps) = fan(log.scans.first()?).filter(|_| !log.are_bearings_given)?;
     let all: Vec<usize> = (0..log.scans.len()).collect();
     let pairs =
         spread_pairs(&all, |first, second| differ(&log.scans[first], &log.scans[second]).then_some((first, second)));
     let fits = |factor: f64| -> Vec<Fit> {
-        let is_possible = factor * stated < 2.0 * PI * (1.0 + SAME_FAN);
-        let fit = |&(first, second): &(usize, usize)| {
-            if is_possible { Fit::new(log, first, second, factor, settings) } else { Fit::default() }
-        };
-        pairs.iter().map(fit).collect()
+        pairs.iter().map(|&(first, second)| Fit::new(log, first, second, factor, settings)).collect()
     };
     let as_stated = fits(1.0);
     let agreement = mean(&as_stated, |fit| fit.agreement);
     if agrees_as_well(agreement, 1.0) {
         return None;
     }
-    let others: Vec<(f64, Vec<Fit>)> = factors(stated).into_iter().map(|factor| (factor, fits(factor))).collect();
+    let others: Vec<(f64, Vec<Fit>)> =
+        factors(stated, num_steps).into_iter().map(|factor| (factor, fits(factor))).collect();
     let best = |of: fn(&Fit) -> f64| others.iter().max_by(|a, b| mean(&a.1, of).total_cmp(&mean(&b.1, of)));
     let by_agreement = best(|fit| fit.agreement).filter(|(_, found)| {
         !agrees_as_well(agreement, mean(found, |fit| fit.agreement))
@@ -102,24 +95,25 @@ fn mean(fits: &[Fit], of: fn(&Fit) -> f64) -> f64 {
     fits.iter().map(of).sum::<f64>() / fits.len().max(1) as f64
 }
 
-/// The angle that a scan's beams look over (rad), where an even number of beams leaves the last one out; `None` where they are not at
-/// equal steps.
-fn fan(scan: &LaserScan) -> Option<f64> {
-    let num_steps = scan.ranges.len() / 2 * 2;
+/// The angle that a scan's beams look over (rad), where an even number of beams leaves the last one out, and the number of steps between
+/// them; `None` where they are not at equal steps.
+fn fan(scan: &LaserScan) -> Option<(f64, f64)> {
+    let num_steps = (scan.ranges.len() / 2 * 2) as f64;
     match scan.bearings {
-        Bearings::Even { step, .. } => Some(step.abs() * num_steps as f64).filter(|&fan| fan > 0.0),
+        Bearings::Even { step, .. } => Some((step.abs() * num_steps, num_steps)).filter(|&(fan, _)| fan > 0.0),
         Bearings::Listed(_) => None,
     }
 }
 
-/// By how much a stated fan (rad) may have to be multiplied: another unit, or the fan of another laser.
-fn factors(stated: f64) -> Vec<f64> {
+/// By how much a stated fan (rad) of so many steps may have to be multiplied: another unit, or the fan of another laser. Fans that
+/// differ by no more than a step are the same.
+fn factors(stated: f64, num_steps: f64) -> Vec<f64> {
     let units = [180.0 / PI, PI / 180.0].map(|unit| unit * stated);
     let mut fans: Vec<f64> = Vec::new();
     for fan in units.into_iter().chain(USUAL_FANS.map(f64::to_radians)) {
-        let is_fan = fan < 2.0 * PI * (1.0 + SAME_FAN);
-        let is_new = |known: &f64| (fan / known - 1.0).abs() > SAME_FAN;
-        if is_fan && is_new(&stated) && fans.iter().all(is_new) {
+        let step = fan / num_steps;
+        let is_new = |known: &f64| (fan - known).abs() > step;
+        if fan < 2.0 * PI + step && is_new(&stated) && fans.iter().all(is_new) {
             fans.push(fan);
         }
     }
@@ -142,17 +136,9 @@ fn differ(first: &LaserScan, second: &LaserScan) -> bool {
     differing as f64 > MOST * f64::from(all)
 }
 
-/// Whether so many pairs fit better as chance brings once in many logs only (sign test).
+/// Whether more pairs fit better than chance makes of as many (sign test).
 fn is_beyond_chance(before: &[Fit], after: &[Fit], of: fn(&Fit) -> f64) -> bool {
-    let gains = || before.iter().zip(after).map(|(before, after)| of(after) - of(before));
-    let (num_better, num_worse) =
-        (gains().filter(|&gain| gain > 0.0).count(), gains().filter(|&gain| gain < 0.0).count());
-    let num = num_better + num_worse;
-    let mut ways = 1.0;
-    let mut at_most_as_many_worse = 0.0;
-    for worse in 0..=num_worse {
-        at_most_as_many_worse += ways;
-        ways *= (num - worse) as f64 / (worse + 1) as f64;
-    }
-    at_most_as_many_worse / 2f64.powi(i32::try_from(num).unwrap_or(i32::MAX)) < CHANCE
+    let gains = before.iter().zip(after).map(|(before, after)| of(after) - of(before)).filter(|&gain| gain != 0.0);
+    let (sum, num) = gains.fold((0.0, 0.0), |(sum, num), gain| (sum + gain.signum(), num + 1.0));
+    sum > THREE_SIGMA * f64::sqrt(num)
 }
