@@ -298,3 +298,25 @@ fn add_quad(mesh: &mut TriangleMesh, [a, b, c, d]: [u32; 4]) {
     let halves = if length(a, c) <= length(b, d) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
     mesh.triangles.extend(halves);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vertices_of_a_block_are_numbered_in_the_order_of_z_y_and_x() {
+        let is_there = |(z, y, x): (usize, usize, usize)| (5 * x + 3 * y + z) % 7 < 3;
+        let mut layers = [0; SIDE];
+        positions(SIDE).filter(|&at| is_there(at)).for_each(|(z, y, x)| layers[z] |= 1 << (SIDE * y + x));
+        let vertices = CellVertices { block: [0; 3], first: 10, layers };
+        let mut next = 10;
+        for at in positions(SIDE) {
+            let (z, y, x) = at;
+            assert_eq!(vertices.number([x, y, z]), is_there(at).then_some(next));
+            next += u32::from(is_there(at));
+        }
+        let cells: Vec<[usize; 3]> = vertices.cells().collect();
+        let expected: Vec<[usize; 3]> = positions(SIDE).filter(|&at| is_there(at)).map(|(z, y, x)| [x, y, z]).collect();
+        assert_eq!(cells, expected);
+    }
+}
