@@ -280,7 +280,7 @@ fn is_continuation(off: &Pose2, before: f64) -> bool {
 }
 
 /// How much (m) the next motion may differ from one of this length (m).
-pub fn largest_change(before: f64) -> f64 {
+fn largest_change(before: f64) -> f64 {
     MAX_MOTION_CHANGE * (MIN_RIVAL_DISTANCE.translation + before)
 }
 

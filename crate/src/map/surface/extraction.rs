@@ -47,7 +47,8 @@ impl CellVertices {
     /// The cells with a vertex, in its order.
     fn cells(&self) -> impl Iterator<Item = [usize; 3]> {
         self.layers.iter().enumerate().flat_map(|(z, &layer)| {
-            let set = std::iter::successors(Some(layer), |left| Some(left & (left - 1))).take_while(|&left| left != 0);
+            let not_empty = |left: u64| Some(left).filter(|&left| left != 0);
+            let set = std::iter::successors(not_empty(layer), move |left| not_empty(left & (left - 1)));
             set.map(move |left| left.trailing_zeros() as usize).map(move |bit| [bit % SIDE, bit / SIDE, z])
         })
     }

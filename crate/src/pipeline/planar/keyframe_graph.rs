@@ -17,13 +17,18 @@ use crate::odometry::planar::assess::{MIN_OVERLAP, PLAUSIBLE_AGREEMENT};
 use crate::odometry::planar::information::{openness, seen_from, softened_covariance};
 use crate::odometry::planar::odometry_model::{MIN_SURE, OdometryModel, UNREGISTERED};
 use crate::odometry::planar::{
-    FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, REGISTRATION_SIGMA, UNKNOWN_SIGMA, largest_change,
+    FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, REGISTRATION_SIGMA, UNKNOWN_SIGMA,
 };
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::search::order::ascending;
 
 /// From this many placed scans on a sequence is long: its keyframes are some of its scans, and each is matched with a few others.
 const LONG_SEQUENCE: usize = 100;
+/// A direction that the walls leave open is known, without measured motion, by the motion before: to a share of it and
+/// this (rad, m). With a third of what a motion may change by, the corridor has one stretch falsely good from scans alone (none).
+const OPEN_DIRECTION_SIGMA: (f64, f64) = (0.03, 0.03);
+/// That share.
+const OPEN_DIRECTION_SHARE: f64 = 0.3;
 /// Openness of a link above which it divides two submaps.
 const MAX_OPENNESS: f64 = 0.1;
 /// Keyframes that each keyframe is matched with among those just before it and, at most, among the earlier ones that saw the same place.
@@ -351,13 +356,15 @@ fn untold() -> (f64, f64) {
     (heading, position)
 }
 
-/// How well a motion is known without any registration of it (rad, m): without measured motion, by how much it may differ from the one
-/// before.
+/// How well a motion is known without any registration of it (rad, m).
 fn expected(motion: &Pose2, is_measured: bool) -> (f64, f64) {
     if is_measured {
         return untold(); // the measured motion is a relation of its own
     }
-    (UNKNOWN_SIGMA.0 / THREE_SIGMA, largest_change(motion.translation_norm()) / THREE_SIGMA)
+    (
+        OPEN_DIRECTION_SIGMA.0 + OPEN_DIRECTION_SHARE * motion.rotation_angle(),
+        OPEN_DIRECTION_SIGMA.1 + OPEN_DIRECTION_SHARE * motion.translation_norm(),
+    )
 }
 
 fn diagonal((rotation, translation): (f64, f64)) -> Matrix3<f64> {
